@@ -1,0 +1,140 @@
+// One droplet: its vertices in the kernels' layout, and its constants.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <new>
+#include <span>
+#include <vector>
+
+#include "model.hpp"
+#include "polygon.hpp"
+#include "step.hpp"
+
+namespace pinchoff {
+
+/// Owns the arrays that its `ring` points to.
+class Droplet {
+public:
+    int id = 0;
+    int generation = 0;
+    Ring ring;
+    std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
+
+    /// A droplet of area A_eq `rest_area` at positions and velocities (count), counter-clockwise.
+    ///
+    /// `reference` is the undeformed droplet of the model, of unit diameter. Line tension, edge
+    /// springs and viscosity belong to the liquids and stay. The two numerical penalties are scaled
+    /// so that a small droplet is as incompressible under its Laplace pressure as the large one
+    /// (k_a ∝ D⁻³) and its vertices bounce off the wall at the same frequency (ε_w ∝ m l_eq²).
+    Droplet(const Model& model, double rest_area, std::span<const Vec2> r, std::span<const Vec2> v) {
+        const int count = static_cast<int>(r.size());
+        allocate(count);
+        const double reference_count = model.vertex_count;
+        const double reference_length = pinchoff::rest_length(kReferenceArea, static_cast<int>(reference_count));
+        ring.mass = rest_area / kReferenceArea;
+        ring.diameter = std::sqrt(ring.mass);
+        ring.rest_area = rest_area;
+        ring.rest_length = pinchoff::rest_length(rest_area, count);
+        ring.line_tension = model.line_tension;
+        ring.edge_spring = model.edge_stiffness * count;
+        ring.area_stiffness = model.area_stiffness / (ring.mass * ring.diameter);
+        const double vertex_mass_ratio = ring.mass * reference_count / count;
+        const double length_ratio = ring.rest_length / reference_length;
+        ring.wall_stiffness = model.wall_stiffness * vertex_mass_ratio * length_ratio * length_ratio;
+        ring.drag_rate = model.drag * ring.diameter / ring.mass;
+        ring.mobility = count / (model.drag * ring.diameter);
+        for (int i = 0; i < count; ++i) {
+            ring.x[i] = r[i].x;
+            ring.y[i] = r[i].y;
+            ring.vx[i] = v[i].x;
+            ring.vy[i] = v[i].y;
+        }
+        wrap(ring.x, count, ring.padded);
+        wrap(ring.y, count, ring.padded);
+        for (int i = count; i < ring.padded; ++i) {
+            ring.vx[i] = ring.vx[i - count];
+            ring.vy[i] = ring.vy[i - count];
+        }
+    }
+
+    bool has_met(int obstacle) const { return std::ranges::find(contacted, obstacle) != contacted.end(); }
+    void meet(int obstacle) { contacted.push_back(obstacle); }
+
+    std::vector<Vec2> positions() const { return copy(ring.x, ring.y); }
+    std::vector<Vec2> velocities() const { return copy(ring.vx, ring.vy); }
+
+    void set_velocities(std::span<const Vec2> v) {
+        for (int i = 0; i < ring.padded; ++i) {
+            ring.vx[i] = v[i % ring.count].x;
+            ring.vy[i] = v[i % ring.count].y;
+        }
+    }
+
+    /// Copy of positions and velocities, ghosts included, and the way back.
+    void save() { std::copy_n(state_, state_size_, saved_); }
+    void restore() { std::copy_n(saved_, state_size_, state_); }
+
+    /// Arrays for the neck's scan: the outline written twice over, with arc lengths.
+    struct Doubled {
+        const double *x, *y, *arc;
+        double perimeter;
+    };
+    Doubled doubled() {
+        const int n = ring.count;
+        double* x = scan_;
+        double* y = x + scan_stride_;
+        double* arc = y + scan_stride_;
+        double length = 0;
+        for (int i = 0; i < n; ++i) {
+            x[i] = ring.x[i];
+            y[i] = ring.y[i];
+            arc[i] = length;
+            length += std::hypot(ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
+        }
+        for (int i = n; i < scan_stride_; ++i) {
+            x[i] = x[i - n];
+            y[i] = y[i - n];
+            arc[i] = arc[i - n] + length;
+        }
+        return {x, y, arc, length};
+    }
+
+private:
+    struct Free {
+        void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
+    };
+    std::unique_ptr<double[], Free> storage_;
+    double *state_ = nullptr, *saved_ = nullptr, *scan_ = nullptr;
+    std::size_t state_size_ = 0;
+    int scan_stride_ = 0;
+
+    void allocate(int count) {
+        ring.count = count;
+        ring.padded = (count + kLanes - 1) / kLanes * kLanes;
+        const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
+        scan_stride_ = (2 * count + 2 * kLanes - 1) / kLanes * kLanes;
+        state_size_ = 4 * stride;
+        const std::size_t total = 13 * stride + 3 * static_cast<std::size_t>(scan_stride_);
+        storage_.reset(static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
+        std::fill_n(storage_.get(), total, 0.0);
+        double* next = storage_.get();
+        state_ = next;
+        for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
+                           &ring.push_x, &ring.push_y, &ring.path}) {
+            *a = next + kLanes;
+            next += stride;
+        }
+        saved_ = next;
+        scan_ = saved_ + state_size_;
+    }
+
+    std::vector<Vec2> copy(const double* x, const double* y) const {
+        std::vector<Vec2> out(ring.count);
+        for (int i = 0; i < ring.count; ++i) out[i] = {x[i], y[i]};
+        return out;
+    }
+};
+
+}  // namespace pinchoff

@@ -1,0 +1,221 @@
+// One time step: leapfrog form of velocity Verlet in which the drag is integrated exactly.
+//
+// With ζ = μ D0/M the equation of motion of a vertex is dv/dt = F(r)/m + ζ (v_f(r) - v). Velocities
+// live half a step before positions. Over one step, with the position-dependent part frozen at its
+// middle, v relaxes by 1 - exp(-ζ Δt) towards v_f + F/(m ζ), then r moves by Δt v. That is symmetric
+// about the position, so second order for any ζ Δt, and without drag it is velocity Verlet.
+#pragma once
+
+#include <cmath>
+
+#include "flow.hpp"
+#include "forces.hpp"
+#include "types.hpp"
+
+namespace pinchoff::inline PINCHOFF_ARCH {
+
+/// Fill the ghost vertices from the vertices they repeat.
+inline void wrap(double* a, int count, int padded) {
+    a[-1] = a[count - 1];
+    for (int i = count; i <= padded; ++i) a[i] = a[i - count];
+}
+
+/// Tension of every edge into pull_x, pull_y; returns the signed area.
+inline double pull_edges(const Ring& ring) {
+    const double* x = ring.x;
+    const double* y = ring.y;
+    double* px = ring.pull_x;
+    double* py = ring.pull_y;
+    const double gamma = ring.line_tension, spring = ring.edge_spring, rest = ring.rest_length;
+    double lanes[kLanes] = {};
+    const int padded = ring.padded, whole = ring.count / kLanes * kLanes;
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < padded; ++i) {
+        const Vec2 e = Vec2{x[i + 1], y[i + 1]} - Vec2{x[i], y[i]};
+        const double inverse = 1.0 / std::sqrt(dot(e, e));
+        const double pull = line_tension_pull(inverse, gamma) + edge_pull(inverse, rest, spring);
+        px[i] = pull * e.x;
+        py[i] = pull * e.y;
+    }
+    for (int i = 0; i < whole; i += kLanes) {
+        for (int l = 0; l < kLanes; ++l) lanes[l] += x[i + l] * y[i + l + 1] - x[i + l + 1] * y[i + l];
+    }
+    double twice_area = 0;
+    for (int l = 0; l < kLanes; ++l) twice_area += lanes[l];
+    for (int i = whole; i < ring.count; ++i) twice_area += x[i] * y[i + 1] - x[i + 1] * y[i];
+    px[-1] = px[ring.count - 1];
+    py[-1] = py[ring.count - 1];
+    return 0.5 * twice_area;
+}
+
+/// New velocities from the forces at the present positions. Track: add to the path of each vertex.
+template <bool Push, bool Track, class FlowAt>
+void kick(const Ring& ring, FlowAt flow, double relax) {
+    const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
+    const double* x = ring.x;
+    const double* y = ring.y;
+    const double* px = ring.pull_x;
+    const double* py = ring.pull_y;
+    const double* push_x = ring.push_x;
+    const double* push_y = ring.push_y;
+    double* vx = ring.vx;
+    double* vy = ring.vy;
+    double* path = ring.path;
+    const double mobility = ring.mobility, wx = ring.drift_x, wy = ring.drift_y;
+    const int padded = ring.padded;
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < padded; ++i) {
+        const Vec2 fluid = flow.at({x[i], y[i]});
+        Vec2 force = pressure_force({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]}, p);
+        force.x += px[i] - px[i - 1];
+        force.y += py[i] - py[i - 1];
+        if constexpr (Push) {
+            force.x += push_x[i];
+            force.y += push_y[i];
+        }
+        const Vec2 v = relax_velocity({vx[i], vy[i]}, fluid, force, mobility, relax);
+        vx[i] = v.x;
+        vy[i] = v.y;
+        if constexpr (Track) {
+            const Vec2 relative = v - Vec2{wx, wy};
+            path[i] += dot(relative, relative);
+        }
+    }
+}
+
+inline void drift(const Ring& ring, double time_step) {
+    double* x = ring.x;
+    double* y = ring.y;
+    const double* vx = ring.vx;
+    const double* vy = ring.vy;
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < ring.padded; ++i) {
+        x[i] += time_step * vx[i];
+        y[i] += time_step * vy[i];
+    }
+    wrap(ring.x, ring.count, ring.padded);
+    wrap(ring.y, ring.count, ring.padded);
+}
+
+/// Repulsion of the listed vertices from their obstacle.
+inline void push_from_walls(const Scene& scene) {
+    for (int c = 0; c < scene.wall_count; ++c) {
+        const WallContact& contact = scene.walls[c];
+        const Ring& ring = scene.rings[contact.ring];
+        const Obstacle o = contact.obstacle;
+        const int first = contact.chunk * kLanes;
+        const double* x = ring.x + first;
+        const double* y = ring.y + first;
+        double* push_x = ring.push_x + first;
+        double* push_y = ring.push_y + first;
+        const double rest = ring.rest_length, stiffness = ring.wall_stiffness;
+        PINCHOFF_INDEPENDENT
+        for (int l = 0; l < kLanes; ++l) {
+            const Vec2 r{x[l] - o.x, y[l] - o.y};
+            const double distance = std::sqrt(dot(r, r));
+            const double f = contact_force(distance - o.radius, rest, stiffness) / distance;
+            push_x[l] += f * r.x;
+            push_y[l] += f * r.y;
+        }
+    }
+}
+
+/// Nearest point of some edges of a ring to a point, with the side that the point is on.
+struct Nearest {
+    int edge;         // it lies on the edge from this vertex to the next
+    double fraction;  // along that edge
+    double distance;  // negative inside the droplet
+    Vec2 normal;      // unit vector out of the droplet
+};
+
+inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
+    Nearest best{first, 0.0, 1e300, {0.0, 0.0}};
+    double least = 1e300;
+    for (int n = 0; n < count; ++n) {
+        const int k = (first + n) % ring.count;
+        const Vec2 a{ring.x[k], ring.y[k]}, e = Vec2{ring.x[k + 1], ring.y[k + 1]} - a;
+        const double along = dot(r - a, e) / dot(e, e);
+        const double t = along < 0.0 ? 0.0 : (along > 1.0 ? 1.0 : along);
+        const Vec2 off = r - (a + t * e);
+        const double d2 = dot(off, off);
+        if (d2 < least) {
+            least = d2;
+            const double length = std::sqrt(dot(e, e));
+            const Vec2 normal{e.y / length, -e.x / length};  // the inside is on the left
+            best = {k, t, dot(off, normal) < 0.0 ? -std::sqrt(d2) : std::sqrt(d2), normal};
+        }
+    }
+    return best;
+}
+
+/// The length that stands for l_eq between two droplets: their mean vertex spacing.
+inline double touch_length(const Ring& a, const Ring& b) { return 0.5 * (a.rest_length + b.rest_length); }
+
+/// Stiffness of the contact between droplets: γ times the mean spacing, so that a vertex on the
+/// other's outline is pushed with 2γ, more than line tension and pressure press it there with.
+inline double touch_stiffness(const Ring& a, const Ring& b) {
+    return 0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length);
+}
+
+/// Repulsion of the listed vertices from other droplets, with the reaction on the edge's two ends.
+/// The only scatter there is: few vertices touch, and the list's order fixes the order of the sums.
+inline void push_droplets_apart(const Scene& scene) {
+    for (int c = 0; c < scene.touch_count; ++c) {
+        const DropletContact& touch = scene.touches[c];
+        const Ring& a = scene.rings[touch.ring];
+        const Ring& b = scene.rings[touch.other];
+        const Nearest near = nearest_edge(b, {a.x[touch.vertex], a.y[touch.vertex]},
+                                          touch.first_edge, touch.edge_count);
+        const Vec2 f = contact_force(near.distance, touch_length(a, b), touch_stiffness(a, b)) * near.normal;
+        const int next = near.edge + 1 == b.count ? 0 : near.edge + 1;
+        a.push_x[touch.vertex] += f.x;
+        a.push_y[touch.vertex] += f.y;
+        b.push_x[near.edge] -= (1.0 - near.fraction) * f.x;
+        b.push_y[near.edge] -= (1.0 - near.fraction) * f.y;
+        b.push_x[next] -= near.fraction * f.x;
+        b.push_y[next] -= near.fraction * f.y;
+    }
+}
+
+/// Contact forces of this instant into push_x, push_y of the rings that take part.
+inline void push_contacts(const Scene& scene) {
+    if (scene.wall_count == 0 && scene.touch_count == 0) return;
+    for (int r = 0; r < scene.ring_count; ++r) {
+        const Ring& ring = scene.rings[r];
+        if (!ring.pushed) continue;
+        for (int i = 0; i < ring.padded; ++i) ring.push_x[i] = ring.push_y[i] = 0.0;
+    }
+    push_from_walls(scene);
+    push_droplets_apart(scene);
+}
+
+/// `steps` steps of every ring; relax is set for this time step.
+inline void advance(const Scene& scene, double time_step, int steps) {
+    with_flow(scene.flow, [&](const auto& flow) {
+        for (int n = 0; n < steps; ++n) {
+            push_contacts(scene);
+            for (int r = 0; r < scene.ring_count; ++r) {
+                const Ring& ring = scene.rings[r];
+                if (ring.pushed) kick<true, true>(ring, flow, ring.relax);
+                else kick<false, true>(ring, flow, ring.relax);
+            }
+            for (int r = 0; r < scene.ring_count; ++r) drift(scene.rings[r], time_step);
+        }
+    });
+}
+
+/// Carry the velocities over `time` with the forces of the present positions, which stay: half a
+/// step forward gives them at the time of the positions, half a step back prepares the next step.
+inline void shift_velocities(const Scene& scene, double time) {
+    with_flow(scene.flow, [&](const auto& flow) {
+        push_contacts(scene);
+        for (int r = 0; r < scene.ring_count; ++r) {
+            const Ring& ring = scene.rings[r];
+            const double relax = relaxed_fraction(ring.drag_rate, time);
+            if (ring.pushed) kick<true, false>(ring, flow, relax);
+            else kick<false, false>(ring, flow, relax);
+        }
+    });
+}
+
+}  // namespace pinchoff::inline PINCHOFF_ARCH

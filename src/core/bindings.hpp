@@ -1,0 +1,60 @@
+// What the binding files share: array types in and out.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "kernels.hpp"
+#include "pinchoff/math.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace pinchoff {
+
+using Points = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using Pair = std::pair<double, double>;
+using Vector = nb::ndarray<nb::numpy, double, nb::ndim<1>>;
+using Matrix = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
+
+inline Vec2 vec(const Pair& p) { return {p.first, p.second}; }
+
+inline std::vector<Vec2> points_of(Points points) {
+    const double* d = points.data();
+    std::vector<Vec2> r(points.shape(0));
+    for (std::size_t i = 0; i < r.size(); ++i) r[i] = {d[2 * i], d[2 * i + 1]};
+    return r;
+}
+
+/// A NumPy array that owns a copy of rows * columns values.
+inline Matrix matrix_of(const double* values, std::size_t rows, std::size_t columns) {
+    double* copy = new double[rows * columns];
+    std::copy_n(values, rows * columns, copy);
+    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    return Matrix(copy, {rows, columns}, owner);
+}
+
+inline Matrix array_of(const std::vector<Vec2>& r) {
+    static_assert(sizeof(Vec2) == 2 * sizeof(double));
+    return matrix_of(r.empty() ? nullptr : &r[0].x, r.size(), 2);
+}
+
+inline Vector array_of(const std::vector<double>& values) {
+    double* copy = new double[values.size()];
+    std::copy(values.begin(), values.end(), copy);
+    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+    return Vector(copy, {values.size()}, owner);
+}
+
+void bind_geometry(nb::module_& m);
+void bind_collision(nb::module_& m);
+
+}  // namespace pinchoff

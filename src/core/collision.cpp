@@ -1,0 +1,265 @@
+// Bindings of the collision: rows of numbers in, rows of numbers and outlines out.
+#include "bindings.hpp"
+
+#include <cstring>
+#include <memory>
+
+#include "pinchoff/collision.hpp"
+#include "pool.hpp"
+
+namespace pinchoff {
+
+using Row = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+/// A flow as Python holds it: the plain description and, for a sampled one, its node values.
+struct FlowObject {
+    Flow flow;
+    std::vector<double> u, v;
+};
+
+static Model model_of(const double* row) {
+    Model model;
+    std::memcpy(&model, row, sizeof model);
+    return model;
+}
+
+static Model checked_model(Row row) {
+    if (row.shape(0) != static_cast<std::size_t>(kModelFields))
+        throw nb::value_error("model must have one number for each of MODEL_FIELDS; got another length; "
+                              "use Parameters.model_row()");
+    return model_of(row.data());
+}
+
+static Flow stokes_flow(double radius, double x, double y) {
+    Flow flow;
+    flow.kind = FlowKind::stokes;
+    flow.radius = radius;
+    flow.x = x;
+    flow.y = y;
+    flow.vx = 1.0;
+    return flow;
+}
+
+static FlowObject uniform_flow(double vx, double vy) {
+    FlowObject object;
+    object.flow.kind = FlowKind::uniform;
+    object.flow.vx = vx;
+    object.flow.vy = vy;
+    return object;
+}
+
+static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v) {
+    if (u.shape(0) != v.shape(0) || u.shape(1) != v.shape(1) || u.shape(0) < 4 || u.shape(1) < 4)
+        throw nb::value_error("u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
+                              "sample both on one grid");
+    FlowObject object;
+    object.u.assign(u.data(), u.data() + u.size());
+    object.v.assign(v.data(), v.data() + v.size());
+    Flow& f = object.flow;
+    f.kind = FlowKind::sampled;
+    f.x0 = x0;
+    f.y0 = y0;
+    f.dx = dx;
+    f.dy = dy;
+    f.ny = static_cast<int>(u.shape(0));
+    f.nx = static_cast<int>(u.shape(1));
+    f.u = object.u.data();  // stays valid when the object is moved
+    f.v = object.v.data();
+    return object;
+}
+
+static Matrix flow_velocity(const FlowObject& self, Points points) {
+    const std::vector<Vec2> r = points_of(points);
+    std::vector<double> x, y, u(r.size()), v(r.size());
+    for (const Vec2& p : r) {
+        x.push_back(p.x);
+        y.push_back(p.y);
+    }
+    best_kernels().flow_velocity(self.flow, x.data(), y.data(), u.data(), v.data(), static_cast<int>(r.size()));
+    std::vector<Vec2> out(r.size());
+    for (std::size_t i = 0; i < r.size(); ++i) out[i] = {u[i], v[i]};
+    return array_of(out);
+}
+
+/// A collision together with the flow that it refers to.
+struct System {
+    nb::object flow;  // keeps the node values alive
+    Collision collision;
+};
+
+static void make_system(System* self, Row model, nb::object flow, Triples obstacles, Triples droplets) {
+    std::vector<Obstacle> walls;
+    for (std::size_t i = 0; i < obstacles.shape(0); ++i) {
+        const double* o = obstacles.data() + 3 * i;
+        walls.push_back({o[0], o[1], o[2]});
+    }
+    std::vector<Start> starts;
+    for (std::size_t i = 0; i < droplets.shape(0); ++i) {
+        const double* d = droplets.data() + 3 * i;
+        starts.push_back({d[0], d[1], d[2]});
+    }
+    const Flow plain = nb::cast<const FlowObject&>(flow).flow;
+    new (self) System{flow, Collision(checked_model(model), plain, std::move(walls), starts, best_kernels())};
+}
+
+static nb::dict dict_of(const ContactEvent& c) {
+    nb::dict d;
+    d["time"] = c.time;
+    d["droplet_id"] = c.droplet;
+    d["obstacle"] = c.obstacle;
+    d["symmetry"] = c.symmetry;
+    d["impact_parameter"] = c.impact_parameter;
+    d["speed"] = c.speed;
+    d["area"] = c.area;
+    d["shape_parameter"] = c.shape_parameter;
+    d["x"] = c.centroid.x;
+    d["y"] = c.centroid.y;
+    d["velocity_x"] = c.velocity.x;
+    d["velocity_y"] = c.velocity.y;
+    return d;
+}
+
+static nb::dict dict_of(const BreakupEvent& b) {
+    nb::dict d;
+    d["time"] = b.time;
+    d["droplet_id"] = b.droplet;
+    d["generation"] = b.generation;
+    d["daughter_ids"] = nb::make_tuple(b.daughters[0], b.daughters[1]);
+    d["areas"] = nb::make_tuple(b.areas[0], b.areas[1]);
+    d["neck_thickness"] = b.neck_thickness;
+    d["neck"] = nb::make_tuple(nb::make_tuple(b.ends[0].x, b.ends[0].y), nb::make_tuple(b.ends[1].x, b.ends[1].y));
+    return d;
+}
+
+template <class Event>
+static nb::list list_of(const std::vector<Event>& events) {
+    nb::list list;
+    for (const Event& e : events) list.append(dict_of(e));
+    return list;
+}
+
+static nb::list outlines(System& self) {
+    nb::list list;
+    const std::vector<Droplet>& droplets = self.collision.droplets();
+    for (std::size_t i = 0; i < droplets.size(); ++i) {
+        const Droplet& d = droplets[i];
+        list.append(nb::make_tuple(d.id, d.generation, array_of(d.positions()),
+                                   array_of(self.collision.synchronized_velocities(i))));
+    }
+    return list;
+}
+
+static nb::dict energies(System& self) {
+    const Energies e = self.collision.energies();
+    nb::dict d;
+    d["area"] = e.area;
+    d["edges"] = e.edges;
+    d["line_tension"] = e.line_tension;
+    d["wall"] = e.wall;
+    d["contact"] = e.touch;
+    d["total"] = e.area + e.edges + e.line_tension + e.wall + e.touch;
+    return d;
+}
+
+static Result run_one(const Model& model, const FlowObject* flow) {
+    const Flow field = flow ? flow->flow : stokes_flow(model.obstacle_radius, 0.0, 0.0);
+    Collision collision(model, field, {{0.0, 0.0, model.obstacle_radius}},
+                        {{-model.start_distance, model.offset, 1.0}}, best_kernels());
+    collision.advance(model.time_limit);
+    return collision.result();
+}
+
+static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::object progress) {
+    if (models.shape(1) != static_cast<std::size_t>(kModelFields))
+        throw nb::value_error("models must have one column for each of MODEL_FIELDS; got others; "
+                              "stack Parameters.model_row()");
+    if (threads < 1) throw nb::value_error("threads must be at least 1; got less; leave it out to use all cores");
+    const std::size_t count = models.shape(0);
+    const double* rows = models.data();
+    std::vector<Result> results(count);
+    bool interrupted = false;
+    const auto watch = [&](std::size_t done) {
+        const nb::gil_scoped_acquire gil;
+        if (!progress.is_none() && !interrupted) {
+            try {
+                progress(done);
+            } catch (nb::python_error& e) {
+                e.restore();
+                interrupted = true;
+            }
+        }
+        if (!interrupted && PyErr_CheckSignals() != 0) interrupted = true;
+        return !interrupted;
+    };
+    {
+        const nb::gil_scoped_release release;
+        run_jobs(count, std::min<std::size_t>(threads, std::max<std::size_t>(count, 1)),
+                 [&](std::size_t i) { results[i] = run_one(model_of(rows + i * kModelFields), flow); }, watch);
+    }
+    if (interrupted) throw nb::python_error();
+    return matrix_of(count ? reinterpret_cast<const double*>(results.data()) : nullptr, count, kResultFields);
+}
+
+static nb::tuple tuple_of(const std::vector<const char*>& names) {
+    nb::list list;
+    for (const char* n : names) list.append(nb::str(n));
+    return nb::tuple(list);
+}
+
+void bind_collision(nb::module_& m) {
+#define PINCHOFF_NAME(name) #name,
+    m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
+    m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
+#undef PINCHOFF_NAME
+    m.attr("GUARDS") = tuple_of({"", "penetration", "self_intersection", "area", "blow_up", "flow_domain"});
+
+    nb::class_<FlowObject>(m, "Flow", "Fluid velocity as a function of position, in units of v_f∞ and D0.")
+        .def("velocity", &flow_velocity, "points"_a, "Velocity (n, 2) at points (n, 2).");
+    m.def("StokesFlow", [](double radius, double x, double y) { return FlowObject{stokes_flow(radius, x, y), {}, {}}; },
+          "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
+    m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
+    m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
+          "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), interpolated bicubically.");
+
+    nb::class_<System>(m, "System", "Droplets and obstacles in a flow, from the start to the outcome.")
+        .def("__init__", &make_system, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a,
+             "model: one number for each of MODEL_FIELDS; obstacles: (M, 3) rows x, y, radius; droplets: (K, 3) rows x, y,\n"
+             "diameter; all in D0.")
+        .def("advance", [](System& s, double time) { s.collision.advance(time); }, "time"_a,
+             nb::call_guard<nb::gil_scoped_release>(), "Run to the first sample at or after `time`, or to the end.")
+        .def_prop_ro("finished", [](const System& s) { return s.collision.finished(); })
+        .def_prop_ro("time", [](const System& s) { return s.collision.time(); })
+        .def("result", [](const System& s) {
+                 const Result r = s.collision.result();
+                 const double* fields = reinterpret_cast<const double*>(&r);
+                 return array_of(std::vector<double>(fields, fields + kResultFields));
+             }, "One number for each of RESULT_FIELDS.")
+        .def("outlines", &outlines, "List of (id, generation, positions (n, 2), velocities (n, 2)), one a droplet.")
+        .def("energies", &energies, "Energy by term, in M v_f∞².")
+        .def("contacts", [](const System& s) { return list_of(s.collision.contacts()); })
+        .def("breakups", [](const System& s) { return list_of(s.collision.breakups()); });
+
+    m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
+          "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, len(RESULT_FIELDS)).");
+    const auto reference_ring = [](const Model& model) {
+        Collision c(model, stokes_flow(model.obstacle_radius, 0.0, 0.0), {}, {{-model.start_distance, 0.0, 1.0}},
+                    best_kernels());
+        return c.droplets().front().ring;
+    };
+    m.def("stable_time_step", [=](Row model) { return stable_time_step(reference_ring(checked_model(model))); }, "model"_a,
+          "Largest stable time step of the model's undeformed droplet, in t0.");
+    m.def("auto_time_step", [=](Row model) { return auto_time_step(reference_ring(checked_model(model))); }, "model"_a,
+          "Time step with a margin for the deformed droplet and for accuracy, in t0.");
+    m.def("instruction_set", [] { return std::string(best_kernels().name); }, "Instruction set of the compiled loops.");
+}
+
+}  // namespace pinchoff
+
+NB_MODULE(_core, m) {
+    m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
+    pinchoff::bind_geometry(m);
+    pinchoff::bind_collision(m);
+}
