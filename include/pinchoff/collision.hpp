@@ -15,17 +15,21 @@
 #include <vector>
 
 #include "contact.hpp"
+#include "energy.hpp"
 #include "split.hpp"
 #include "stability.hpp"
 
 namespace pinchoff {
 
 /// First touch of one droplet with one obstacle.
+///
+/// The velocity is that of the centre of mass of the model, whose mass sits on the vertices: the
+/// mean of theirs. The centroid of the area moves a little differently while the front edge stops.
 struct ContactEvent {
     double time;
     int droplet, obstacle;
     double symmetry, impact_parameter, speed, area, shape_parameter;
-    Vec2 centroid, velocity;
+    Vec2 centroid, velocity, centroid_velocity;
 };
 
 /// One droplet cut into two.
@@ -40,11 +44,6 @@ struct BreakupEvent {
 /// A droplet at the start: a regular polygon at rest.
 struct Start {
     double x, y, diameter;
-};
-
-/// Energy of all droplets, term by term, in M v_f∞².
-struct Energies {
-    double area = 0, edges = 0, line_tension = 0, wall = 0, touch = 0;
 };
 
 class Collision {
@@ -83,6 +82,7 @@ public:
     /// Velocities of one droplet at the time of its positions.
     std::vector<Vec2> synchronized_velocities(std::size_t droplet);
 
+    /// Energies of all droplets, term by term.
     Energies energies();
     Result result() const;
 
@@ -121,8 +121,9 @@ private:
         const double angle = 2.0 * kPi / count;
         const double radius = 0.5 * rest_length(area, count) / std::sin(0.5 * angle);
         std::vector<Vec2> r(count), v(count, Vec2{0, 0});
+        // An edge, not a vertex, faces the obstacle.
         for (int i = 0; i < count; ++i)
-            r[i] = {s.x + radius * std::cos(i * angle), s.y + radius * std::sin(i * angle)};
+            r[i] = {s.x + radius * std::cos((i + 0.5) * angle), s.y + radius * std::sin((i + 0.5) * angle)};
         add({r, v}, area, 0, {});
     }
 
@@ -225,5 +226,4 @@ private:
 
 }  // namespace pinchoff
 
-#include "energy.hpp"
 #include "events.hpp"

@@ -118,10 +118,10 @@ inline void Collision::record_contacts() {
     for (const auto& [i, o] : new_contact_) {
         Droplet& d = droplets_[i];
         const std::vector<Vec2> r = d.positions(), v = synchronized_velocities(i);
-        const Vec2 velocity = centroid_velocity(r, v), centre{obstacles_[o].x, obstacles_[o].y};
+        const Vec2 velocity = mean(v), centre{obstacles_[o].x, obstacles_[o].y};
         contacts_.push_back({time(), d.id, o, symmetry(r, centre, velocity), impact_parameter(r, centre, velocity),
                              std::sqrt(dot(velocity, velocity)), signed_area(r), shape_parameter(r),
-                             centroid(r), velocity});
+                             centroid(r), velocity, centroid_velocity(r, v)});
         d.meet(o);
         if (kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count)) raise(Guard::self_intersection, d.id);
     }
@@ -146,7 +146,8 @@ inline void Collision::break_up(std::size_t index) {
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
     const Shape whole{parent.positions(), parent.velocities()};
     const Neck neck = find_neck(whole.r, {separation_.fraction, separation_.length * parent.ring.diameter});
-    const auto [one, two] = cut(whole, neck);
+    const Cut line = place_cut(whole.r, neck);
+    const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
 
     Shape daughters[2] = {one, two};
@@ -159,7 +160,7 @@ inline void Collision::break_up(std::size_t index) {
     }
     const Vec2 correction = mean(whole.v) - momentum;
     BreakupEvent event{time(), parent.id, parent.generation, {0, 0}, {areas[0], areas[1]}, neck.thickness,
-                       {whole.r[neck.first], whole.r[neck.second]}};
+                       {point_on(whole.r, line.first), point_on(whole.r, line.second)}};
     for (int k = 0; k < 2; ++k) {
         for (Vec2& v : daughters[k].v) v = v + correction;
         event.daughters[k] = add(daughters[k], rest[k], parent.generation + 1, parent.contacted);
@@ -173,6 +174,18 @@ inline void Collision::break_up(std::size_t index) {
     }
     list_contacts();
     shift_velocities(-0.5 * time_step_);
+}
+
+inline Energies Collision::energies() {
+    list_contacts();
+    Energies sum;
+    for (const Droplet& d : droplets_) add_energies(sum, d, obstacles_);
+    for (const DropletContact& c : lists_.touches) {
+        const Ring &a = droplets_[c.ring].ring, &b = droplets_[c.other].ring;
+        const Nearest near = nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
+        sum.touch += contact_energy(near.distance, touch_length(a, b), touch_stiffness(a, b));
+    }
+    return sum;
 }
 
 /// Whether every droplet has left every obstacle behind, or the time is up.

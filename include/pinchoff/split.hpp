@@ -50,24 +50,69 @@ inline Neck find_neck(Outline r, Separation separation) {
     return neck;
 }
 
+/// A point on the outline: `fraction` of the way along the edge that starts at vertex `edge`.
+struct OutlinePoint {
+    int edge;
+    double fraction;
+};
+
+/// The line along which a droplet is cut.
+struct Cut {
+    OutlinePoint first, second;
+};
+
+template <class Values>
+Vec2 point_on(const Values& at_vertices, OutlinePoint p) {
+    const int next = (p.edge + 1) % static_cast<int>(at_vertices.size());
+    return at_vertices[p.edge] + p.fraction * (at_vertices[next] - at_vertices[p.edge]);
+}
+
+/// Where between the vertices the neck is thinnest: the lowest point of the parabola through the
+/// neck's chord and the two that lie one vertex to either side along both its arcs. Two equally thin
+/// chords, as a head-on collision has, so give the line midway between them.
+inline Cut place_cut(Outline r, const Neck& neck) {
+    const int n = static_cast<int>(r.size());
+    const auto thickness = [&](int shift) {
+        const Vec2 chord = r[(neck.second - shift + n) % n] - r[(neck.first + shift + n) % n];
+        return std::sqrt(dot(chord, chord));
+    };
+    const double before = thickness(-1), here = thickness(0), after = thickness(1);
+    const double curvature = before - 2.0 * here + after;
+    const double limit = 1e-9 * here;  // a neighbour thinner than the neck is one that is not admissible
+    const bool lowest = before >= here - limit && after >= here - limit && curvature > 0.0;
+    const double shift = lowest ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0.0;
+    if (shift >= 0.0) return {{neck.first, shift}, {(neck.second - 1 + n) % n, 1.0 - shift}};
+    return {{(neck.first - 1 + n) % n, 1.0 + shift}, {neck.second, -shift}};
+}
+
 /// Positions and velocities of one outline.
 struct Shape {
     std::vector<Vec2> r, v;
+
+    void add(Vec2 position, Vec2 velocity) {
+        r.push_back(position);
+        v.push_back(velocity);
+    }
 };
 
-/// The two sides of a chord; each keeps both of its ends, so that their areas add up exactly.
-inline std::pair<Shape, Shape> cut(const Shape& s, const Neck& neck) {
-    Shape one, two;
+/// The vertices from one point of the outline to another, both points included.
+inline Shape part_between(const Shape& s, OutlinePoint from, OutlinePoint to) {
     const int n = static_cast<int>(s.r.size());
-    for (int i = neck.first; i <= neck.second; ++i) {
-        one.r.push_back(s.r[i]);
-        one.v.push_back(s.v[i]);
+    Shape part;
+    part.add(point_on(s.r, from), point_on(s.v, from));
+    for (int i = (from.edge + 1) % n;; i = (i + 1) % n) {
+        // A cut through a vertex must not leave that vertex there twice.
+        const bool doubled = (i == (from.edge + 1) % n && from.fraction == 1.0) || (i == to.edge && to.fraction == 0.0);
+        if (!doubled) part.add(s.r[i], s.v[i]);
+        if (i == to.edge) break;
     }
-    for (int i = neck.second; i <= neck.first + n; ++i) {
-        two.r.push_back(s.r[i % n]);
-        two.v.push_back(s.v[i % n]);
-    }
-    return {one, two};
+    part.add(point_on(s.r, to), point_on(s.v, to));
+    return part;
+}
+
+/// The two sides of a cut; each keeps both of its ends, so that their areas add up exactly.
+inline std::pair<Shape, Shape> cut(const Shape& s, const Cut& line) {
+    return {part_between(s, line.first, line.second), part_between(s, line.second, line.first)};
 }
 
 /// The same outline with `count` vertices evenly spaced along it, velocities interpolated; then

@@ -84,6 +84,15 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
     return array_of(out);
 }
 
+static std::vector<Obstacle> obstacles_of(Triples rows) {
+    std::vector<Obstacle> list;
+    for (std::size_t i = 0; i < rows.shape(0); ++i) {
+        const double* o = rows.data() + 3 * i;
+        list.push_back({o[0], o[1], o[2]});
+    }
+    return list;
+}
+
 /// A collision together with the flow that it refers to.
 struct System {
     nb::object flow;  // keeps the node values alive
@@ -91,18 +100,24 @@ struct System {
 };
 
 static void make_system(System* self, Row model, nb::object flow, Triples obstacles, Triples droplets) {
-    std::vector<Obstacle> walls;
-    for (std::size_t i = 0; i < obstacles.shape(0); ++i) {
-        const double* o = obstacles.data() + 3 * i;
-        walls.push_back({o[0], o[1], o[2]});
-    }
     std::vector<Start> starts;
     for (std::size_t i = 0; i < droplets.shape(0); ++i) {
         const double* d = droplets.data() + 3 * i;
         starts.push_back({d[0], d[1], d[2]});
     }
     const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, std::move(walls), starts, best_kernels())};
+    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts, best_kernels())};
+}
+
+static nb::dict dict_of(const Energies& e) {
+    nb::dict d;
+    d["area"] = e.area;
+    d["edges"] = e.edges;
+    d["line_tension"] = e.line_tension;
+    d["wall"] = e.wall;
+    d["contact"] = e.touch;
+    d["total"] = e.area + e.edges + e.line_tension + e.wall + e.touch;
+    return d;
 }
 
 static nb::dict dict_of(const ContactEvent& c) {
@@ -119,6 +134,8 @@ static nb::dict dict_of(const ContactEvent& c) {
     d["y"] = c.centroid.y;
     d["velocity_x"] = c.velocity.x;
     d["velocity_y"] = c.velocity.y;
+    d["centroid_velocity_x"] = c.centroid_velocity.x;
+    d["centroid_velocity_y"] = c.centroid_velocity.y;
     return d;
 }
 
@@ -152,16 +169,51 @@ static nb::list outlines(System& self) {
     return list;
 }
 
-static nb::dict energies(System& self) {
-    const Energies e = self.collision.energies();
+/// One droplet of any shape at an instant, for looks at its forces.
+static Droplet droplet_of(const Model& model, Points positions, Points velocities, double diameter) {
+    if (positions.shape(0) < static_cast<std::size_t>(kLeastVertices) || velocities.shape(0) != positions.shape(0))
+        throw nb::value_error("positions and velocities must have the same shape (n, 2), n at least 16; got others; "
+                              "give one row for each vertex");
+    return Droplet(model, kReferenceArea * diameter * diameter, points_of(positions), points_of(velocities));
+}
+
+static nb::dict term_energies(Row model, Points positions, Triples obstacles, double diameter) {
+    Energies e;
+    add_energies(e, droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
+    return dict_of(e);
+}
+
+static nb::dict term_forces_of(Row model, Points positions, Triples obstacles, double diameter) {
+    const TermForces f =
+        term_forces(droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
     nb::dict d;
-    d["area"] = e.area;
-    d["edges"] = e.edges;
-    d["line_tension"] = e.line_tension;
-    d["wall"] = e.wall;
-    d["contact"] = e.touch;
-    d["total"] = e.area + e.edges + e.line_tension + e.wall + e.touch;
+    d["area"] = array_of(f.area);
+    d["edges"] = array_of(f.edges);
+    d["line_tension"] = array_of(f.line_tension);
+    d["wall"] = array_of(f.wall);
     return d;
+}
+
+/// Acceleration as the time step computes it, forces and drag in one pass: v relaxes towards its
+/// final value at rate ζ, so a = ζ (v(τ) - v)/(1 - exp(-ζ τ)) for any τ.
+static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Points velocities, Triples obstacles,
+                           double diameter) {
+    const Model model = checked_model(row);
+    std::vector<Droplet> one;
+    one.push_back(droplet_of(model, positions, velocities, diameter));
+    Ring& ring = one[0].ring;
+    ring.pushed = true;
+    std::vector<WallContact> walls;
+    for (const Obstacle& o : obstacles_of(obstacles))
+        for (int c = 0; c < ring.padded / kLanes; ++c) walls.push_back({0, c, o});
+    const Scene scene{&ring, 1, flow.flow, walls.data(), static_cast<int>(walls.size()), nullptr, 0};
+    const std::vector<Vec2> before = one[0].velocities();
+    const double time = 1.0 / ring.drag_rate;
+    best_kernels().shift_velocities(scene, time);
+    std::vector<Vec2> a = one[0].velocities();
+    for (std::size_t i = 0; i < a.size(); ++i)
+        a[i] = ring.drag_rate / relaxed_fraction(ring.drag_rate, time) * (a[i] - before[i]);
+    return array_of(a);
 }
 
 static Result run_one(const Model& model, const FlowObject* flow) {
@@ -238,9 +290,16 @@ void bind_collision(nb::module_& m) {
                  return array_of(std::vector<double>(fields, fields + kResultFields));
              }, "One number for each of RESULT_FIELDS.")
         .def("outlines", &outlines, "List of (id, generation, positions (n, 2), velocities (n, 2)), one a droplet.")
-        .def("energies", &energies, "Energy by term, in M v_f∞².")
+        .def("energies", [](System& s) { return dict_of(s.collision.energies()); }, "Energy by term, in M v_f∞².")
         .def("contacts", [](const System& s) { return list_of(s.collision.contacts()); })
         .def("breakups", [](const System& s) { return list_of(s.collision.breakups()); });
+
+    m.def("term_energies", &term_energies, "model"_a, "positions"_a, "obstacles"_a, "diameter"_a = 1.0,
+          "Energy by term of one droplet of any shape (n, 2), in M v_f∞².");
+    m.def("term_forces", &term_forces_of, "model"_a, "positions"_a, "obstacles"_a, "diameter"_a = 1.0,
+          "Force by term on every vertex (n, 2) of one droplet of any shape, in M v_f∞²/D0.");
+    m.def("acceleration", &acceleration, "model"_a, "flow"_a, "positions"_a, "velocities"_a, "obstacles"_a,
+          "diameter"_a = 1.0, "Acceleration (n, 2) of the vertices as the time step computes it, drag included.");
 
     m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
           "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, len(RESULT_FIELDS)).");

@@ -59,7 +59,7 @@ void bind_geometry(nb::module_& m) {
               if (!(0 <= i && i + 1 < j && j < n && j - i < n - 1))
                   throw nb::value_error("i and j must be indices of two vertices that are not neighbours, i < j; got "
                                         "others; use those of neck()");
-              const auto [one, two] = cut({whole, whole}, {0.0, i, j});
+              const auto [one, two] = cut({whole, whole}, {{i, 0.0}, {j, 0.0}});
               return std::pair(array_of(respace(one, first_count).r), array_of(respace(two, second_count).r));
           }, "outline"_a, "i"_a, "j"_a, "first_count"_a, "second_count"_a,
           "The two parts of a counter-clockwise (n, 2) outline on the sides of its chord from i to j, each re-spaced to a\n"
