@@ -218,6 +218,7 @@ private:
     double watch_neck(Droplet& d, const Survey& s);
     double list_contacts();
     double list_pairs();
+    double list_own(Droplet& d, int index);
     bool clear_of(const Droplet& d, const Obstacle& o, double nearest_vertex);
     void record_contacts();
     void break_up(std::size_t index);

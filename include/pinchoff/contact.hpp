@@ -35,8 +35,13 @@ inline double list_wall(ContactLists& lists, Droplet& d, int index, const Obstac
     const double nearest = std::sqrt(*std::min_element(distance2, distance2 + chunks)) - touch;
     if (nearest > margin) return nearest;
     const double listed = touch + margin;
-    for (int c = 0; c < chunks; ++c)
-        if (distance2[c] < listed * listed) lists.walls.push_back({index, c, o});
+    for (int c = 0; c < chunks; ++c) {
+        if (distance2[c] >= listed * listed) continue;
+        int run = 1;
+        while (c + run < chunks && distance2[c + run] < listed * listed) ++run;
+        lists.walls.push_back({index, c * kLanes, (c + run) * kLanes, o});
+        c += run;
+    }
     d.ring.pushed = true;
     return margin;
 }
@@ -58,8 +63,39 @@ inline double gap(const Box& a, const Box& b) {
     return std::hypot(x, y);
 }
 
-/// Lists the vertices of droplet a near edges of droplet b, edges in runs without gaps. Returns the
-/// deepest that any of them is inside b.
+/// Whether an edge is too near a vertex along the outline to count as its far side.
+inline bool adjacent(const Ring& ring, int vertex, int edge) {
+    const int ahead = (edge - vertex + ring.count) % ring.count;  // edges from the vertex to this one
+    return ahead < kApart || ahead >= ring.count - kApart;
+}
+
+/// Lists one vertex of droplet a with the edges of droplet b within a distance, in runs without gaps.
+/// Returns how deep it is inside b, or zero.
+inline double list_vertex(ContactLists& lists, const Ring& a, int index_a, int vertex, const Ring& b, int index_b,
+                          double within) {
+    const Vec2 r{a.x[vertex], a.y[vertex]};
+    const int n = b.count;
+    const auto near = [&](int k) {
+        return !(index_a == index_b && adjacent(a, vertex, k)) &&
+               std::fabs(nearest_edge(b, r, k, 1).distance) < within;
+    };
+    double deepest = 0;
+    int start = 0;  // begin the walk between two runs, where there is such a place
+    while (start < n && near(start)) ++start;
+    for (int seen = 0; seen < n;) {
+        const int first = (start + seen) % n;
+        int run = 0;
+        while (seen + run < n && near((first + run) % n)) ++run;
+        if (run > 0) {
+            lists.touches.push_back({index_a, vertex, index_b, first, run});
+            deepest = std::min(deepest, nearest_edge(b, r, first, run).distance);
+        }
+        seen += run + 1;
+    }
+    return -deepest;
+}
+
+/// Lists the vertices of droplet a near edges of droplet b. Returns how deep any of them is inside b.
 inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet& a, int index_a,
                            Droplet& b, int index_b, double within) {
     const Box box = bounding_box(b.ring);
@@ -68,23 +104,32 @@ inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet&
         const double x = a.ring.x[i], y = a.ring.y[i];
         if (gap({x, x, y, y}, box) > within) continue;
         if (kernels.edge_distance2(b.ring, x, y) > within * within) continue;
-        const int n = b.ring.count;
-        const auto near = [&](int k) { return std::fabs(nearest_edge(b.ring, {x, y}, k, 1).distance) < within; };
-        int start = 0;  // begin the walk between two runs, where there is such a place
-        while (start < n && near(start)) ++start;
-        for (int k = start, seen = 0; seen < n;) {
-            int run = 0;
-            while (seen + run < n && near((k + run) % n)) ++run;
-            if (run > 0) {
-                lists.touches.push_back({index_a, i, index_b, k % n, run});
-                deepest = std::min(deepest, nearest_edge(b.ring, {x, y}, k % n, run).distance);
-            }
-            k += run + 1;
-            seen += run + 1;
-        }
+        deepest = std::max(deepest, list_vertex(lists, a.ring, index_a, i, b.ring, index_b, within));
         a.ring.pushed = b.ring.pushed = true;
     }
-    return -deepest;
+    return deepest;
+}
+
+/// Whether any vertex kApart or more edges away along the outline is within a distance.
+inline bool near_far_side(const Ring& ring, int vertex, double within) {
+    const double x = ring.x[vertex], y = ring.y[vertex], within2 = within * within;
+    int near = 0;
+    for (int k = 0; k < ring.count; ++k) {
+        const double dx = ring.x[k] - x, dy = ring.y[k] - y;
+        near += dx * dx + dy * dy < within2 && std::abs(k - vertex) >= kApart &&
+                std::abs(k - vertex) <= ring.count - kApart;
+    }
+    return near > 0;
+}
+
+/// Lists the vertices of a droplet near the far side of its own outline. `reach` is a distance from a
+/// vertex of the far side that covers `within` of any edge.
+inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double within, double reach) {
+    for (int i = 0; i < d.ring.count; ++i) {
+        if (!near_far_side(d.ring, i, reach)) continue;
+        list_vertex(lists, d.ring, index, i, d.ring, index, within);
+        d.ring.pushed = true;
+    }
 }
 
 }  // namespace pinchoff

@@ -20,6 +20,8 @@ public:
     int id = 0;
     int generation = 0;
     Ring ring;
+    /// Shortest chord between vertices kApart or more edges apart, when last looked.
+    double thinnest = std::numeric_limits<double>::infinity();
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
 
     /// A droplet of area A_eq `rest_area` at positions and velocities (count), counter-clockwise.
@@ -76,47 +78,23 @@ public:
     void save() { std::copy_n(state_, state_size_, saved_); }
     void restore() { std::copy_n(saved_, state_size_, state_); }
 
-    /// Arrays for the neck's scan: the outline written twice over, with arc lengths.
-    struct Doubled {
-        const double *x, *y, *arc;
-        double perimeter;
-    };
-    Doubled doubled() {
-        const int n = ring.count;
-        double* x = scan_;
-        double* y = x + scan_stride_;
-        double* arc = y + scan_stride_;
-        double length = 0;
-        for (int i = 0; i < n; ++i) {
-            x[i] = ring.x[i];
-            y[i] = ring.y[i];
-            arc[i] = length;
-            length += std::hypot(ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]);
-        }
-        for (int i = n; i < scan_stride_; ++i) {
-            x[i] = x[i - n];
-            y[i] = y[i - n];
-            arc[i] = arc[i - n] + length;
-        }
-        return {x, y, arc, length};
-    }
+    /// Room for a look at the neck.
+    double* work() { return work_; }
 
 private:
     struct Free {
         void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
     };
     std::unique_ptr<double[], Free> storage_;
-    double *state_ = nullptr, *saved_ = nullptr, *scan_ = nullptr;
+    double *state_ = nullptr, *saved_ = nullptr, *work_ = nullptr;
     std::size_t state_size_ = 0;
-    int scan_stride_ = 0;
 
     void allocate(int count) {
         ring.count = count;
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
-        scan_stride_ = (2 * count + 2 * kLanes - 1) / kLanes * kLanes;
         state_size_ = 4 * stride;
-        const std::size_t total = 13 * stride + 3 * static_cast<std::size_t>(scan_stride_);
+        const std::size_t total = 13 * stride + static_cast<std::size_t>(neck_work_size(count));
         storage_.reset(static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
@@ -127,7 +105,7 @@ private:
             next += stride;
         }
         saved_ = next;
-        scan_ = saved_ + state_size_;
+        work_ = saved_ + state_size_;
     }
 
     std::vector<Vec2> copy(const double* x, const double* y) const {

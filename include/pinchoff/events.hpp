@@ -29,7 +29,7 @@ inline Collision::Budget Collision::look() {
 
 /// The guards on one droplet alone. False, and the run over, when one fires.
 inline bool Collision::sound(Droplet& d, const Survey& s) {
-    if (!(s.reach < kReachLimit * d.ring.padded)) return raise(Guard::blow_up, s.speed), false;
+    if (!(s.reach < kReachLimit)) return raise(Guard::blow_up, s.speed), false;
     const double area_error = s.area / d.ring.rest_area - 1.0;
     if (!(std::fabs(area_error) <= kAreaLimit)) return raise(Guard::area, area_error), false;
     if (flow_.kind == FlowKind::sampled) {
@@ -48,12 +48,12 @@ inline bool Collision::sound(Droplet& d, const Survey& s) {
 inline double Collision::watch_neck(Droplet& d, const Survey& s) {
     const double threshold = model_.neck_thickness * d.ring.diameter;
     const Separation separation{separation_.fraction, separation_.length * d.ring.diameter};
-    const Droplet::Doubled o = d.doubled();
-    const NeckScan scan = kernels_.scan_neck(o.x, o.y, o.arc, d.ring.count, o.perimeter, separation, threshold);
+    const NeckScan scan = kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
     if (d.generation == 0 && !contacts_.empty()) {
         minimum_neck_ = std::min(minimum_neck_, std::sqrt(scan.thickness2));
         maximum_shape_ = std::max(maximum_shape_, s.perimeter * s.perimeter / (4.0 * kPi * s.area));
     }
+    d.thinnest = std::sqrt(scan.nearest2);
     if (scan.thickness2 < threshold * threshold) return -1.0;
     return std::max(scan.budget, 0.0);
 }
@@ -92,14 +92,17 @@ inline bool Collision::clear_of(const Droplet& d, const Obstacle& o, double near
     return false;
 }
 
-/// List the contacts between droplets; returns how far vertices may move while they are complete.
+/// List the contacts of droplets with each other and with themselves; returns how far vertices may move while they are complete.
 inline double Collision::list_pairs() {
     double allowed = 1.0;
     for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
         for (int j = 0; j < static_cast<int>(droplets_.size()); ++j) {
-            if (i == j) continue;
             Droplet &a = droplets_[i], &b = droplets_[j];
-            const double range = 0.5 * touch_length(a.ring, b.ring), margin = range;
+            if (i == j) {
+                allowed = std::min(allowed, list_own(a, i));
+                continue;
+            }
+            const double range = 0.5 * touch_of(a.ring, b.ring).length, margin = range;
             const double apart = gap(bounding_box(a.ring), bounding_box(b.ring)) - range;
             if (apart > 2.0 * margin) {
                 allowed = std::min(allowed, 0.5 * apart);
@@ -111,6 +114,16 @@ inline double Collision::list_pairs() {
         }
     }
     return allowed;
+}
+
+/// List the parts of one droplet so thin that its sides repel; returns how far vertices may move while
+/// the list is complete. A vertex within reach of an edge is within reach of a vertex half an edge on.
+inline double Collision::list_own(Droplet& d, int index) {
+    const double l = d.ring.rest_length, range = 0.5 * touch_of(d.ring, d.ring).length, margin = 0.25 * l;
+    const double reach = std::hypot(range, l) + 2.0 * margin;  // longer edges are left to the guard on crossings
+    if (d.thinnest > reach) return margin + 0.5 * (d.thinnest - reach);
+    list_own_sides(lists_, d, index, range + 2.0 * margin, reach);
+    return margin;
 }
 
 /// Measure the droplets that have just touched an obstacle, on their outlines.
@@ -183,7 +196,8 @@ inline Energies Collision::energies() {
     for (const DropletContact& c : lists_.touches) {
         const Ring &a = droplets_[c.ring].ring, &b = droplets_[c.other].ring;
         const Nearest near = nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
-        sum.touch += contact_energy(near.distance, touch_length(a, b), touch_stiffness(a, b));
+        const Touch touch = touch_of(a, b);
+        sum.touch += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance, touch.length, touch.stiffness);
     }
     return sum;
 }

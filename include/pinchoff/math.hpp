@@ -3,6 +3,9 @@
 
 #include <bit>
 #include <cstdint>
+#include <cstring>
+
+#include "types.hpp"
 
 // Marks per-vertex physics: empty for a C++ compiler, so that a CUDA one can compile it for both.
 #if defined(__CUDACC__)
@@ -38,6 +41,37 @@ PINCHOFF_HD inline Vec2 operator-(Vec2 a, Vec2 b) { return {a.x - b.x, a.y - b.y
 PINCHOFF_HD inline Vec2 operator*(double s, Vec2 a) { return {s * a.x, s * a.y}; }
 PINCHOFF_HD inline double dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
 PINCHOFF_HD inline double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
+
+/// kLanes numbers side by side, for sums and extremes over an array: compilers keep it in registers, and
+/// the order of the additions is the same on every machine. Comparisons with a number that is not finite
+/// behave as they do for single numbers.
+using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+
+inline Lanes load(const double* from) {
+    Lanes lanes;
+    std::memcpy(&lanes, from, sizeof lanes);
+    return lanes;
+}
+inline Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
+inline Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
+inline double smaller(double a, double b) { return a < b ? a : b; }
+inline double larger(double a, double b) { return a > b ? a : b; }
+
+inline double sum(Lanes a) {
+    double total = a[0];
+    for (int l = 1; l < kLanes; ++l) total += a[l];
+    return total;
+}
+inline double least(Lanes a) {
+    double out = a[0];
+    for (int l = 1; l < kLanes; ++l) out = smaller(out, a[l]);
+    return out;
+}
+inline double most(Lanes a) {
+    double out = a[0];
+    for (int l = 1; l < kLanes; ++l) out = larger(out, a[l]);
+    return out;
+}
 
 /// Natural logarithm of a positive, finite, normal number, to about 1 ulp; no branch, no table.
 ///

@@ -10,6 +10,31 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
+/// Writes an outline of `count` vertices over and over into arrays of `size`, with the arc length from
+/// vertex 0; returns the perimeter.
+inline double repeat_outline(const double* x, const double* y, int count, double* xx, double* yy, double* arc,
+                             int size) {
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < count; ++i) {
+        const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
+        arc[i] = std::sqrt(ex * ex + ey * ey);
+    }
+    double perimeter = 0;
+    for (int i = 0; i < count; ++i) {
+        const double length = arc[i];
+        arc[i] = perimeter;
+        perimeter += length;
+        xx[i] = x[i];
+        yy[i] = y[i];
+    }
+    for (int i = count; i < size; ++i) {
+        xx[i] = xx[i - count];
+        yy[i] = yy[i - count];
+        arc[i] = arc[i - count] + perimeter;
+    }
+    return perimeter;
+}
+
 /// Thinnest admissible chord of an outline, and how far every vertex may move, relative to any
 /// common translation, before an admissible chord can be thinner than `threshold`.
 ///
@@ -20,46 +45,38 @@ namespace pinchoff::inline PINCHOFF_ARCH {
 /// smallest budget of any pair. Square roots are avoided by the secant of r(r²) below a cap, which
 /// lies below it.
 ///
-/// x, y, arc: (2 count + kLanes), the outline, and the arc length from vertex 0, written twice over.
-inline NeckScan scan_neck(const double* x, const double* y,
-                          const double* arc, int count, double perimeter,
-                          Separation separation, double threshold) {
+/// x, y: (count + 1), the last repeats the first; work: room for neck_work_size(count) numbers.
+inline NeckScan scan_neck(const double* x, const double* y, int count, Separation separation,
+                          double threshold, double* work) {
     constexpr double kNone = std::numeric_limits<double>::infinity();
+    // The outline and the arc length up to each vertex, written twice over so that no chord wraps.
+    const int stride = 2 * count + 2 * kLanes;
+    double *xx = work, *yy = xx + stride, *arc = yy + stride;
+    const double perimeter = repeat_outline(x, y, count, xx, yy, arc, stride);
+
     const double least_arc = separation.fraction * perimeter + separation.length;
     const double cap = 3.0 * threshold, cap2 = cap * cap, threshold2 = threshold * threshold;
-    const double slope = 0.5 / (cap + threshold);
-    double thinnest[kLanes], budget[kLanes];
-    for (int l = 0; l < kLanes; ++l) {
-        thinnest[l] = kNone;
-        budget[l] = 0.5 * (cap - threshold);
-    }
+    const double slope = 0.5 / (cap + threshold), f = separation.fraction;
+    Lanes thinnest2 = Lanes{} + kNone, nearest2 = thinnest2, budget = Lanes{} + 0.5 * (cap - threshold);
     for (int k = 1; k <= count / 2; ++k) {
-        const double f = separation.fraction;
         const double inverse_forward = 0.5 / (k * (1.0 - f) + (count - k) * f);
         const double inverse_backward = 0.5 / ((count - k) * (1.0 - f) + k * f);
-        for (int i = 0; i < count; i += kLanes) {
-            PINCHOFF_INDEPENDENT
-            for (int l = 0; l < kLanes; ++l) {
-                const int a = i + l;  // up to kLanes - 1 past the last vertex: the outline repeats
-                const double dx = x[a + k] - x[a], dy = y[a + k] - y[a];
-                const double r2 = dx * dx + dy * dy;
-                const double forward = arc[a + k] - arc[a], backward = perimeter - forward;
-                const double lack_forward = least_arc - forward, lack_backward = least_arc - backward;
-                const bool admissible = (lack_forward < 0.0) & (lack_backward < 0.0);
-                const double candidate = admissible ? r2 : kNone;
-                thinnest[l] = smaller(candidate, thinnest[l]);
-                const double chord = slope * (smaller(r2, cap2) - threshold2);
-                const double arcs = larger(lack_forward * inverse_forward, lack_backward * inverse_backward);
-                budget[l] = smaller(larger(chord, arcs), budget[l]);
-            }
+        Lanes shortest2 = Lanes{} + kNone;
+        for (int i = 0; i < count; i += kLanes) {  // the last lanes may pass the last vertex: it repeats
+            const Lanes dx = load(xx + i + k) - load(xx + i), dy = load(yy + i + k) - load(yy + i);
+            const Lanes r2 = dx * dx + dy * dy;
+            const Lanes forward = load(arc + i + k) - load(arc + i);
+            const Lanes lack_forward = least_arc - forward, lack_backward = least_arc - (perimeter - forward);
+            const Lanes lack = larger(lack_forward, lack_backward);
+            thinnest2 = smaller(lack < 0.0 ? r2 : Lanes{} + kNone, thinnest2);
+            shortest2 = smaller(r2, shortest2);
+            const Lanes chord = slope * (smaller(r2, Lanes{} + cap2) - threshold2);
+            const Lanes arcs = larger(lack_forward * inverse_forward, lack_backward * inverse_backward);
+            budget = smaller(larger(chord, arcs), budget);
         }
+        if (k >= kApart) nearest2 = smaller(shortest2, nearest2);
     }
-    NeckScan out{thinnest[0], budget[0]};
-    for (int l = 1; l < kLanes; ++l) {
-        out.thickness2 = smaller(thinnest[l], out.thickness2);
-        out.budget = smaller(budget[l], out.budget);
-    }
-    return out;
+    return {least(thinnest2), least(budget), least(nearest2)};
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

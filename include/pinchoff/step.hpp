@@ -6,6 +6,7 @@
 // about the position, so second order for any ζ Δt, and without drag it is velocity Verlet.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "flow.hpp"
@@ -27,7 +28,6 @@ inline double pull_edges(const Ring& ring) {
     double* px = ring.pull_x;
     double* py = ring.pull_y;
     const double gamma = ring.line_tension, spring = ring.edge_spring, rest = ring.rest_length;
-    double lanes[kLanes] = {};
     const int padded = ring.padded, whole = ring.count / kLanes * kLanes;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
@@ -37,11 +37,10 @@ inline double pull_edges(const Ring& ring) {
         px[i] = pull * e.x;
         py[i] = pull * e.y;
     }
-    for (int i = 0; i < whole; i += kLanes) {
-        for (int l = 0; l < kLanes; ++l) lanes[l] += x[i + l] * y[i + l + 1] - x[i + l + 1] * y[i + l];
-    }
-    double twice_area = 0;
-    for (int l = 0; l < kLanes; ++l) twice_area += lanes[l];
+    Lanes lanes{};
+    for (int i = 0; i < whole; i += kLanes)
+        lanes += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
+    double twice_area = sum(lanes);
     for (int i = whole; i < ring.count; ++i) twice_area += x[i] * y[i + 1] - x[i + 1] * y[i];
     px[-1] = px[ring.count - 1];
     py[-1] = py[ring.count - 1];
@@ -103,19 +102,18 @@ inline void push_from_walls(const Scene& scene) {
         const WallContact& contact = scene.walls[c];
         const Ring& ring = scene.rings[contact.ring];
         const Obstacle o = contact.obstacle;
-        const int first = contact.chunk * kLanes;
-        const double* x = ring.x + first;
-        const double* y = ring.y + first;
-        double* push_x = ring.push_x + first;
-        double* push_y = ring.push_y + first;
+        const double* x = ring.x;
+        const double* y = ring.y;
+        double* push_x = ring.push_x;
+        double* push_y = ring.push_y;
         const double rest = ring.rest_length, stiffness = ring.wall_stiffness;
         PINCHOFF_INDEPENDENT
-        for (int l = 0; l < kLanes; ++l) {
-            const Vec2 r{x[l] - o.x, y[l] - o.y};
+        for (int i = contact.first; i < contact.last; ++i) {
+            const Vec2 r{x[i] - o.x, y[i] - o.y};
             const double distance = std::sqrt(dot(r, r));
             const double f = contact_force(distance - o.radius, rest, stiffness) / distance;
-            push_x[l] += f * r.x;
-            push_y[l] += f * r.y;
+            push_x[i] += f * r.x;
+            push_y[i] += f * r.y;
         }
     }
 }
@@ -125,7 +123,7 @@ struct Nearest {
     int edge;         // it lies on the edge from this vertex to the next
     double fraction;  // along that edge
     double distance;  // negative inside the droplet
-    Vec2 normal;      // unit vector out of the droplet
+    Vec2 normal;      // unit vector out of the droplet, at right angles to the edge
 };
 
 inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
@@ -148,17 +146,34 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     return best;
 }
 
-/// The length that stands for l_eq between two droplets: their mean vertex spacing.
-inline double touch_length(const Ring& a, const Ring& b) { return 0.5 * (a.rest_length + b.rest_length); }
+/// How a vertex of ring a and an edge of ring b repel: the potential of the wall, with another length
+/// in place of l_eq and another stiffness.
+struct Touch {
+    double length, stiffness;
+};
 
-/// Stiffness of the contact between droplets: γ times the mean spacing, so that a vertex on the
-/// other's outline is pushed with 2γ, more than line tension and pressure press it there with.
-inline double touch_stiffness(const Ring& a, const Ring& b) {
-    return 0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length);
+/// Between droplets: their mean vertex spacing and γ times it, so that a vertex on the other's outline
+/// is pushed with 2γ, more than line tension and pressure press it there with, yet so gently that
+/// the two halves of a cut, which start in touch, do not jolt apart. Between two sides of one droplet,
+/// which meet only where it has thinned far below any neck: as hard as the wall.
+inline Touch touch_of(const Ring& a, const Ring& b) {
+    if (&a == &b) return {a.rest_length, a.wall_stiffness};
+    return {0.5 * (a.rest_length + b.rest_length),
+            0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length)};
 }
 
-/// Repulsion of the listed vertices from other droplets, with the reaction on the edge's two ends.
-/// The only scatter there is: few vertices touch, and the list's order fixes the order of the sums.
+/// Force on a vertex of ring a from the nearest point of ring b. Another droplet is pushed out of, one's
+/// own far side is pushed away from, on whichever side of it the vertex is.
+inline Vec2 touch_force(const Ring& a, const Ring& b, const Nearest& near) {
+    const Touch touch = touch_of(a, b);
+    if (&a != &b) return contact_force(near.distance, touch.length, touch.stiffness) * near.normal;
+    const double f = contact_force(std::fabs(near.distance), touch.length, touch.stiffness);
+    return (near.distance < 0.0 ? -f : f) * near.normal;
+}
+
+/// Repulsion of the listed vertices from other droplets and from the far side of their own, with the
+/// reaction on the edge's two ends. The only scatter there is: few vertices touch, and the list's order
+/// fixes the order of the sums.
 inline void push_droplets_apart(const Scene& scene) {
     for (int c = 0; c < scene.touch_count; ++c) {
         const DropletContact& touch = scene.touches[c];
@@ -166,7 +181,7 @@ inline void push_droplets_apart(const Scene& scene) {
         const Ring& b = scene.rings[touch.other];
         const Nearest near = nearest_edge(b, {a.x[touch.vertex], a.y[touch.vertex]},
                                           touch.first_edge, touch.edge_count);
-        const Vec2 f = contact_force(near.distance, touch_length(a, b), touch_stiffness(a, b)) * near.normal;
+        const Vec2 f = touch_force(a, b, near);
         const int next = near.edge + 1 == b.count ? 0 : near.edge + 1;
         a.push_x[touch.vertex] += f.x;
         a.push_y[touch.vertex] += f.y;
@@ -183,7 +198,8 @@ inline void push_contacts(const Scene& scene) {
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
-        for (int i = 0; i < ring.padded; ++i) ring.push_x[i] = ring.push_y[i] = 0.0;
+        std::fill_n(ring.push_x, ring.padded, 0.0);
+        std::fill_n(ring.push_y, ring.padded, 0.0);
     }
     push_from_walls(scene);
     push_droplets_apart(scene);

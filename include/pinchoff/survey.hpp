@@ -1,7 +1,4 @@
 // Looks over the vertices of one droplet between blocks of steps: extents, speeds, distances.
-//
-// Reductions keep kLanes running values, which compilers vectorise without flags that would let
-// them forget about numbers that are not finite.
 #pragma once
 
 #include <cmath>
@@ -11,84 +8,57 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
-inline double larger(double a, double b) { return a > b ? a : b; }
-inline double smaller(double a, double b) { return a < b ? a : b; }
-
 inline void survey(const Ring& ring, Survey& out) {
-    double area[kLanes] = {}, perimeter[kLanes] = {}, speed[kLanes] = {}, relative[kLanes] = {},
-           reach[kLanes] = {};
+    const double *x = ring.x, *y = ring.y, *vx = ring.vx, *vy = ring.vy;
+    Lanes area{}, speed2{}, relative2{}, reach{};
+    double tail_area = 0, perimeter = 0;
+    const int whole = ring.count / kLanes * kLanes;
     for (int i = 0; i < ring.padded; i += kLanes) {
-        const double* x = ring.x + i;
-        const double* y = ring.y + i;
-        const double* vx = ring.vx + i;
-        const double* vy = ring.vy + i;
-        PINCHOFF_INDEPENDENT
-        for (int l = 0; l < kLanes; ++l) {
-            const double counts = i + l < ring.count ? 1.0 : 0.0;
-            const Vec2 e{x[l + 1] - x[l], y[l + 1] - y[l]};
-            const Vec2 rel{vx[l] - ring.drift_x, vy[l] - ring.drift_y};
-            area[l] += counts * (x[l] * y[l + 1] - x[l + 1] * y[l]);
-            perimeter[l] += counts * std::sqrt(dot(e, e));
-            speed[l] = larger(speed[l], vx[l] * vx[l] + vy[l] * vy[l]);
-            relative[l] = larger(relative[l], dot(rel, rel));
-            reach[l] += std::fabs(x[l]) + std::fabs(y[l]);
-        }
+        const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x, dv = v - ring.drift_y;
+        speed2 = larger(u * u + v * v, speed2);
+        relative2 = larger(du * du + dv * dv, relative2);
+        reach += load(x + i) * load(x + i) + load(y + i) * load(y + i);
+        if (i < whole) area += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
     }
-    out = {0, 0, 0, 0, 0};
-    for (int l = 0; l < kLanes; ++l) {
-        out.area += 0.5 * area[l];
-        out.perimeter += perimeter[l];
-        out.speed = larger(out.speed, speed[l]);
-        out.relative_speed = larger(out.relative_speed, relative[l]);
-        out.reach += reach[l];
+    for (int i = whole; i < ring.count; ++i) tail_area += x[i] * y[i + 1] - x[i + 1] * y[i];
+    for (int i = 0; i < ring.count; ++i) {
+        const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
+        perimeter += std::sqrt(ex * ex + ey * ey);
     }
-    out.speed = std::sqrt(out.speed);
-    out.relative_speed = std::sqrt(out.relative_speed);
+    out = {0.5 * (sum(area) + tail_area), perimeter, std::sqrt(most(speed2)), std::sqrt(most(relative2)),
+           std::sqrt(sum(reach))};
 }
 
 /// Square of the distance from a point to the nearest vertex of every chunk: out (padded/kLanes).
 inline void chunk_distance2(const Ring& ring, double px, double py, double* out) {
     for (int i = 0; i < ring.padded; i += kLanes) {
-        const double* x = ring.x + i;
-        const double* y = ring.y + i;
-        double d2[kLanes];
-        PINCHOFF_INDEPENDENT
-        for (int l = 0; l < kLanes; ++l) d2[l] = (x[l] - px) * (x[l] - px) + (y[l] - py) * (y[l] - py);
-        double least = d2[0];
-        for (int l = 1; l < kLanes; ++l) least = smaller(least, d2[l]);
-        out[i / kLanes] = least;
+        const Lanes dx = load(ring.x + i) - px, dy = load(ring.y + i) - py;
+        out[i / kLanes] = least(dx * dx + dy * dy);
     }
 }
 
 /// Square of the distance from a point to the nearest edge.
 inline double edge_distance2(const Ring& ring, double px, double py) {
-    double least[kLanes];
-    for (double& l : least) l = 1e300;
+    Lanes nearest2 = Lanes{} + 1e300;
     for (int i = 0; i < ring.padded; i += kLanes) {
-        const double* x = ring.x + i;
-        const double* y = ring.y + i;
-        PINCHOFF_INDEPENDENT
-        for (int l = 0; l < kLanes; ++l) {
-            const Vec2 a{x[l] - px, y[l] - py}, e{x[l + 1] - x[l], y[l + 1] - y[l]};
-            const double along = -dot(a, e) / dot(e, e);
-            const double t = smaller(larger(along, 0.0), 1.0);
-            const Vec2 off = a + t * e;
-            least[l] = smaller(dot(off, off), least[l]);
-        }
+        const Lanes ax = load(ring.x + i), ay = load(ring.y + i);
+        const Lanes ex = load(ring.x + i + 1) - ax, ey = load(ring.y + i + 1) - ay;
+        const Lanes along = -((ax - px) * ex + (ay - py) * ey) / (ex * ex + ey * ey);
+        const Lanes t = smaller(larger(along, Lanes{}), Lanes{} + 1.0);
+        const Lanes dx = ax - px + t * ex, dy = ay - py + t * ey;
+        nearest2 = smaller(dx * dx + dy * dy, nearest2);
     }
-    double all = least[0];
-    for (int l = 1; l < kLanes; ++l) all = smaller(all, least[l]);
-    return all;
+    return least(nearest2);
 }
 
 /// Largest Σ|v - v_drift|² of any vertex over the block, and its reset.
 inline double largest_path(const Ring& ring) {
-    double most = 0;
+    double longest = 0;
     for (int i = 0; i < ring.count; ++i) {
         // Not-a-number must win, so that the block is not taken for a safe one.
-        if (!(ring.path[i] <= most)) most = ring.path[i];
+        if (!(ring.path[i] <= longest)) longest = ring.path[i];
     }
-    return most;
+    return longest;
 }
 
 /// Whether any two edges that do not share a vertex cross. x, y: (count + 1), the last repeats the

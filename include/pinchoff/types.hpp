@@ -1,7 +1,7 @@
 // The plain data that crosses from the collision to the compiled kernels.
 //
-// Nothing here has a member function: the kernels are compiled several times, once for each
-// instruction set, and a function shared between those objects could be linked from the wrong one.
+// No type here has member functions: the kernels are compiled several times, once for each instruction
+// set, and a function shared between those objects could be linked from the wrong one.
 #pragma once
 
 #include <cstdint>
@@ -10,6 +10,9 @@ namespace pinchoff {
 
 /// Vertices a kernel handles together; arrays are padded to a multiple of it.
 inline constexpr int kLanes = 8;
+
+/// Vertices fewer edges apart than this never count as the two sides of a thin part.
+inline constexpr int kApart = 5;
 
 /// One circular obstacle: centre and radius, in D0.
 struct Obstacle {
@@ -63,13 +66,13 @@ struct Ring {
     bool pushed = false;        // whether push_x, push_y take part in this block
 };
 
-/// Vertices [kLanes * chunk, kLanes * chunk + kLanes) of one droplet that may feel one obstacle.
+/// Vertices [first, last) of one droplet that may feel one obstacle; both are multiples of kLanes.
 struct WallContact {
-    int ring, chunk;
+    int ring, first, last;
     Obstacle obstacle;
 };
 
-/// A vertex of one droplet that may touch a run of consecutive edges of another.
+/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own.
 struct DropletContact {
     int ring, vertex, other, first_edge, edge_count;
 };
@@ -89,6 +92,7 @@ struct Scene {
 struct NeckScan {
     double thickness2;  // square of the thinnest admissible chord; infinite where none is admissible
     double budget;      // vertex displacement below which no admissible chord can pass `threshold`
+    double nearest2;    // square of the shortest chord between vertices kApart or more edges apart
 };
 
 /// What one look over the vertices of a droplet gives.
@@ -97,8 +101,11 @@ struct Survey {
     double perimeter;
     double speed;          // largest |v_i|
     double relative_speed; // largest |v_i - v_drift|
-    double reach;          // largest |coordinate|; not finite when any coordinate is not
+    double reach;          // root of the sum of squared coordinates; not finite when one of them is not
 };
+
+/// Room that a look at the neck needs.
+constexpr int neck_work_size(int count) { return 3 * (2 * count + 2 * kLanes); }
 
 /// The arc that the two sides of an admissible chord must both exceed: fraction·P + length.
 struct Separation {
@@ -118,9 +125,9 @@ struct Kernels {
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);
     /// Smallest squared distance of a point from the edges of the ring.
     double (*edge_distance2)(const Ring&, double x, double y);
-    /// x, y, arc: (2 count + kLanes), see neck.hpp.
-    NeckScan (*scan_neck)(const double* x, const double* y, const double* arc, int count,
-                          double perimeter, Separation separation, double threshold);
+    /// x, y: (count + 1); work: room for neck_work_size(count) numbers.
+    NeckScan (*scan_neck)(const double* x, const double* y, int count, Separation separation,
+                          double threshold, double* work);
     bool (*self_intersects)(const double* x, const double* y, int count);
     void (*flow_velocity)(const Flow&, const double* x, const double* y, double* u, double* v, int count);
     void (*natural_log)(const double* in, double* out, int count);

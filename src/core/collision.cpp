@@ -204,8 +204,7 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     Ring& ring = one[0].ring;
     ring.pushed = true;
     std::vector<WallContact> walls;
-    for (const Obstacle& o : obstacles_of(obstacles))
-        for (int c = 0; c < ring.padded / kLanes; ++c) walls.push_back({0, c, o});
+    for (const Obstacle& o : obstacles_of(obstacles)) walls.push_back({0, 0, ring.padded, o});
     const Scene scene{&ring, 1, flow.flow, walls.data(), static_cast<int>(walls.size()), nullptr, 0};
     const std::vector<Vec2> before = one[0].velocities();
     const double time = 1.0 / ring.drag_rate;

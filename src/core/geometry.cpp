@@ -19,6 +19,16 @@ static std::vector<Vec2> counter_clockwise(Points points) {
     return r;
 }
 
+/// Coordinates with the first vertex repeated at the end, as the kernels want them.
+static std::pair<std::vector<double>, std::vector<double>> closed_columns(const std::vector<Vec2>& r) {
+    std::vector<double> x, y;
+    for (std::size_t i = 0; i <= r.size(); ++i) {
+        x.push_back(r[i % r.size()].x);
+        y.push_back(r[i % r.size()].y);
+    }
+    return {x, y};
+}
+
 void bind_geometry(nb::module_& m) {
     m.def("area", [](Points r) { return std::fabs(signed_area(outline_of(r))); }, "outline"_a,
           "Area enclosed by an (n, 2) outline, in its unit squared.");
@@ -65,30 +75,16 @@ void bind_geometry(nb::module_& m) {
           "The two parts of a counter-clockwise (n, 2) outline on the sides of its chord from i to j, each re-spaced to a\n"
           "number of vertices with its area and centre kept.");
     m.def("self_intersects", [](Points r) {
-              std::vector<double> x, y;
-              for (const Vec2& p : outline_of(r)) {
-                  x.push_back(p.x);
-                  y.push_back(p.y);
-              }
-              x.push_back(x[0]);
-              y.push_back(y[0]);
+              const auto [x, y] = closed_columns(outline_of(r));
               return best_kernels().self_intersects(x.data(), y.data(), static_cast<int>(r.shape(0)));
           }, "outline"_a, "Whether two edges of an (n, 2) outline cross.");
     m.def("scan_neck", [](Points points, double separation, bool in_diameters, double threshold) {
-              std::vector<Vec2> r = outline_of(points);
-              const int n = static_cast<int>(r.size());
-              std::vector<double> x, y, arc;
-              double length = 0;
-              for (int i = 0; i < 2 * n + kLanes; ++i) {
-                  x.push_back(r[i % n].x);
-                  y.push_back(r[i % n].y);
-                  arc.push_back(length);
-                  const Vec2 e = next_vertex(r, i % n) - r[i % n];
-                  length += std::sqrt(dot(e, e));
-              }
-              const NeckScan s = best_kernels().scan_neck(x.data(), y.data(), arc.data(), n, perimeter(r),
-                                                          in_diameters ? Separation{0.0, separation}
-                                                                       : Separation{separation, 0.0}, threshold);
+              const auto [x, y] = closed_columns(outline_of(points));
+              const int n = static_cast<int>(points.shape(0));
+              std::vector<double> work(neck_work_size(n));
+              const NeckScan s = best_kernels().scan_neck(
+                  x.data(), y.data(), n, in_diameters ? Separation{0.0, separation} : Separation{separation, 0.0},
+                  threshold, work.data());
               return std::pair(std::sqrt(s.thickness2), s.budget);
           }, "outline"_a, "separation"_a, "in_diameters"_a, "threshold"_a,
           "The look at the neck between blocks of steps: (thinnest admissible chord, displacement of the vertices below\n"
