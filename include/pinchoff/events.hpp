@@ -109,7 +109,7 @@ inline double Collision::list_pairs() {
                 continue;
             }
             const double depth = list_touches(lists_, kernels_, a, i, b, j, range + 2.0 * margin);
-            if (depth > range + margin) raise(Guard::penetration, depth);
+            if (depth > range + margin) raise(Guard::overlap, depth);
             allowed = std::min(allowed, margin);
         }
     }

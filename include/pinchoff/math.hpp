@@ -42,10 +42,16 @@ PINCHOFF_HD inline Vec2 operator*(double s, Vec2 a) { return {s * a.x, s * a.y};
 PINCHOFF_HD inline double dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
 PINCHOFF_HD inline double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 
-/// kLanes numbers side by side, for sums and extremes over an array: compilers keep it in registers, and
-/// the order of the additions is the same on every machine. Comparisons with a number that is not finite
-/// behave as they do for single numbers.
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double))));
+/// As many numbers side by side as a register of this instruction set holds, for sums and extremes over
+/// an array. Comparisons with a number that is not finite behave as they do for single numbers.
+#if defined(__AVX512F__)
+inline constexpr int kWidth = 8;
+#elif defined(__AVX__)
+inline constexpr int kWidth = 4;
+#else
+inline constexpr int kWidth = 2;
+#endif
+using Lanes = double __attribute__((vector_size(kWidth * sizeof(double))));
 
 inline Lanes load(const double* from) {
     Lanes lanes;
@@ -59,17 +65,17 @@ inline double larger(double a, double b) { return a > b ? a : b; }
 
 inline double sum(Lanes a) {
     double total = a[0];
-    for (int l = 1; l < kLanes; ++l) total += a[l];
+    for (int l = 1; l < kWidth; ++l) total += a[l];
     return total;
 }
 inline double least(Lanes a) {
     double out = a[0];
-    for (int l = 1; l < kLanes; ++l) out = smaller(out, a[l]);
+    for (int l = 1; l < kWidth; ++l) out = smaller(out, a[l]);
     return out;
 }
 inline double most(Lanes a) {
     double out = a[0];
-    for (int l = 1; l < kLanes; ++l) out = larger(out, a[l]);
+    for (int l = 1; l < kWidth; ++l) out = larger(out, a[l]);
     return out;
 }
 

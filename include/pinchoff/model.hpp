@@ -71,7 +71,7 @@ inline constexpr int kResultFields = sizeof(Result) / sizeof(double);
 
 enum class Outcome { slipped, broke, captured, failed };
 
-enum class Guard { none, penetration, self_intersection, area, blow_up, flow_domain };
+enum class Guard { none, penetration, overlap, self_intersection, area, blow_up, flow_domain };
 
 /// What one guard saw when it stopped a run.
 struct Alarm {

@@ -62,7 +62,7 @@ inline NeckScan scan_neck(const double* x, const double* y, int count, Separatio
         const double inverse_forward = 0.5 / (k * (1.0 - f) + (count - k) * f);
         const double inverse_backward = 0.5 / ((count - k) * (1.0 - f) + k * f);
         Lanes shortest2 = Lanes{} + kNone;
-        for (int i = 0; i < count; i += kLanes) {  // the last lanes may pass the last vertex: it repeats
+        for (int i = 0; i < count; i += kWidth) {  // the last lanes may pass the last vertex: it repeats
             const Lanes dx = load(xx + i + k) - load(xx + i), dy = load(yy + i + k) - load(yy + i);
             const Lanes r2 = dx * dx + dy * dy;
             const Lanes forward = load(arc + i + k) - load(arc + i);

@@ -46,13 +46,16 @@ inline double stable_time_step(const Ring& ring) {
 /// Perimeter, in units of the undeformed one, that the automatic step allows for.
 inline constexpr double kStretch = 2.0;
 /// Part of the stable step that the automatic step takes.
-inline constexpr double kStepSafety = 0.5;
+inline constexpr double kStepSafety = 0.9;
+/// Largest automatic step, in t0: up to here S at the separating line was measured to stay within
+/// 0.3 % of its value at Δt = 1e-4 t0.
+inline constexpr double kLongestStep = 5e-4;
 
-/// A step that stays stable for a droplet drawn out round an obstacle, all stiffnesses acting at
-/// once, with a margin that keeps S and the outcome within 0.5 % of those at Δt = 1e-4 t0.
+/// The automatic step: stable for a droplet drawn out round an obstacle with all stiffnesses acting at
+/// once, and short enough for S and the outcome.
 inline double auto_time_step(const Ring& ring) {
     const Stiffness s = stiffness(ring, kStretch * ring.rest_length * ring.count);
-    return kStepSafety * stable_step(s.edges + s.wall + s.area, ring.drag_rate);
+    return std::min(kLongestStep, kStepSafety * stable_step(s.edges + s.wall + s.area, ring.drag_rate));
 }
 
 }  // namespace pinchoff

@@ -38,7 +38,7 @@ inline double pull_edges(const Ring& ring) {
         py[i] = pull * e.y;
     }
     Lanes lanes{};
-    for (int i = 0; i < whole; i += kLanes)
+    for (int i = 0; i < whole; i += kWidth)
         lanes += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
     double twice_area = sum(lanes);
     for (int i = whole; i < ring.count; ++i) twice_area += x[i] * y[i + 1] - x[i + 1] * y[i];

@@ -13,7 +13,7 @@ inline void survey(const Ring& ring, Survey& out) {
     Lanes area{}, speed2{}, relative2{}, reach{};
     double tail_area = 0, perimeter = 0;
     const int whole = ring.count / kLanes * kLanes;
-    for (int i = 0; i < ring.padded; i += kLanes) {
+    for (int i = 0; i < ring.padded; i += kWidth) {
         const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x, dv = v - ring.drift_y;
         speed2 = larger(u * u + v * v, speed2);
         relative2 = larger(du * du + dv * dv, relative2);
@@ -31,16 +31,20 @@ inline void survey(const Ring& ring, Survey& out) {
 
 /// Square of the distance from a point to the nearest vertex of every chunk: out (padded/kLanes).
 inline void chunk_distance2(const Ring& ring, double px, double py, double* out) {
-    for (int i = 0; i < ring.padded; i += kLanes) {
-        const Lanes dx = load(ring.x + i) - px, dy = load(ring.y + i) - py;
-        out[i / kLanes] = least(dx * dx + dy * dy);
+    for (int first = 0; first < ring.padded; first += kLanes) {
+        Lanes nearest2 = Lanes{} + 1e300;
+        for (int i = first; i < first + kLanes; i += kWidth) {
+            const Lanes dx = load(ring.x + i) - px, dy = load(ring.y + i) - py;
+            nearest2 = smaller(dx * dx + dy * dy, nearest2);
+        }
+        out[first / kLanes] = least(nearest2);
     }
 }
 
 /// Square of the distance from a point to the nearest edge.
 inline double edge_distance2(const Ring& ring, double px, double py) {
     Lanes nearest2 = Lanes{} + 1e300;
-    for (int i = 0; i < ring.padded; i += kLanes) {
+    for (int i = 0; i < ring.padded; i += kWidth) {
         const Lanes ax = load(ring.x + i), ay = load(ring.y + i);
         const Lanes ex = load(ring.x + i + 1) - ax, ey = load(ring.y + i + 1) - ay;
         const Lanes along = -((ax - px) * ex + (ay - py) * ey) / (ex * ex + ey * ey);

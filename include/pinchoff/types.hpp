@@ -8,7 +8,7 @@
 
 namespace pinchoff {
 
-/// Vertices a kernel handles together; arrays are padded to a multiple of it.
+/// Arrays are padded to a multiple of this, the widest register of any instruction set.
 inline constexpr int kLanes = 8;
 
 /// Vertices fewer edges apart than this never count as the two sides of a thin part.

@@ -215,11 +215,13 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     return array_of(a);
 }
 
-static Result run_one(const Model& model, const FlowObject* flow) {
+/// One collision from start to end, in pieces short enough for an interruption to be noticed.
+static Result run_one(const Model& model, const FlowObject* flow, const std::atomic<bool>& stop) {
     const Flow field = flow ? flow->flow : stokes_flow(model.obstacle_radius, 0.0, 0.0);
     Collision collision(model, field, {{0.0, 0.0, model.obstacle_radius}},
                         {{-model.start_distance, model.offset, 1.0}}, best_kernels());
-    collision.advance(model.time_limit);
+    const double piece = 1e5 * model.time_step;
+    while (!collision.finished() && !stop) collision.advance(collision.time() + piece);
     return collision.result();
 }
 
@@ -248,7 +250,9 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
     {
         const nb::gil_scoped_release release;
         run_jobs(count, std::min<std::size_t>(threads, std::max<std::size_t>(count, 1)),
-                 [&](std::size_t i) { results[i] = run_one(model_of(rows + i * kModelFields), flow); }, watch);
+                 [&](std::size_t i, const std::atomic<bool>& stop) {
+                     results[i] = run_one(model_of(rows + i * kModelFields), flow, stop);
+                 }, watch);
     }
     if (interrupted) throw nb::python_error();
     return matrix_of(count ? reinterpret_cast<const double*>(results.data()) : nullptr, count, kResultFields);
@@ -265,7 +269,7 @@ void bind_collision(nb::module_& m) {
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
-    m.attr("GUARDS") = tuple_of({"", "penetration", "self_intersection", "area", "blow_up", "flow_domain"});
+    m.attr("GUARDS") = tuple_of({"", "penetration", "overlap", "self_intersection", "area", "blow_up", "flow_domain"});
 
     nb::class_<FlowObject>(m, "Flow", "Fluid velocity as a function of position, in units of v_f∞ and D0.")
         .def("velocity", &flow_velocity, "points"_a, "Velocity (n, 2) at points (n, 2).");

@@ -11,8 +11,9 @@
 
 namespace pinchoff {
 
-/// Runs job(i) for i in [0, count) on `threads` threads. The calling thread runs `watch(done)` ten
-/// times a second; when that returns false, no further job starts. Rethrows the first exception of a
+/// Runs job(i, stop) for i in [0, count) on `threads` threads; a long job looks at `stop` now and then. The calling thread runs `watch(done)` ten
+/// times a second; when that returns false, `stop` is set and
+/// no further job starts. Rethrows the first exception of a
 /// job. Which thread runs which job never matters: a job sees its own index only.
 template <class Job, class Watch>
 void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch) {
@@ -25,7 +26,7 @@ void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch
     const auto work = [&] {
         for (std::size_t i; !stop && (i = next++) < count; ++done) {
             try {
-                job(i);
+                job(i, stop);
             } catch (...) {
                 const std::lock_guard lock(mutex);
                 if (!failure) failure = std::current_exception();

@@ -1,0 +1,74 @@
+# make demo       simulate the default collision, write its results and pictures to demo/
+# make test       the fast tests            make test-slow  the others too
+# make bench      speed beside three plain programs of the same physics
+# make lint       style, types, formatting  make format     lay the code out anew
+#
+# Each needs only python3 (with venv), make and a C++20 compiler; CMake and Ninja come from PyPI.
+# Everything is installed into .venv, the package as a wheel like the one users get, and again when
+# a source has changed. Without build isolation the compiler sees only what changed.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+WHEELS := build/wheel
+
+SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
+    $(shell find include src -type f -not -path '*/__pycache__/*')
+CPP := $(shell find include src benchmarks -name '*.[ch]pp')
+PY := src tests benchmarks examples
+
+.PHONY: demo test test-slow bench bench-quick lint format clean
+
+demo: $(VENV)/package.stamp
+	$(BIN)/pinchoff run --out demo
+
+test: $(VENV)/test.stamp
+	$(BIN)/python -m pytest -m "not slow"
+
+test-slow: $(VENV)/test.stamp
+	$(BIN)/python -m pytest
+
+bench: $(VENV)/bench.stamp
+	$(BIN)/python benchmarks/speed.py
+
+bench-quick: $(VENV)/bench.stamp
+	$(BIN)/python benchmarks/speed.py --quick
+
+lint: $(VENV)/lint.stamp
+	$(BIN)/ruff check $(wildcard $(PY))
+	$(BIN)/ruff format --check $(wildcard $(PY))
+	$(BIN)/mypy
+	$(BIN)/clang-format --dry-run -Werror $(CPP)
+
+format: $(VENV)/lint.stamp
+	$(BIN)/ruff check --fix-only $(wildcard $(PY))
+	$(BIN)/ruff format $(wildcard $(PY))
+	$(BIN)/clang-format -i $(CPP)
+
+clean:
+	rm -rf $(VENV) build demo benchmarks/results
+
+$(VENV)/venv.stamp:
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade "pip>=24"
+	$(BIN)/python -c "import tomllib; \
+	    print(*tomllib.load(open('pyproject.toml', 'rb'))['build-system']['requires'])" \
+	    | xargs $(BIN)/python -m pip install --quiet cmake ninja
+	touch $@
+
+# The wheel's name carries the version and the platform, so its folder holds this one only.
+$(VENV)/package.stamp: $(VENV)/venv.stamp $(SOURCES)
+	rm -rf $(WHEELS)
+	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(WHEELS) .
+	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps $(WHEELS)/*.whl
+	$(BIN)/python -m pip install --quiet $(WHEELS)/*.whl
+	touch $@
+
+# One extra each: test, lint, bench. The package itself is there already, from the same wheel.
+$(VENV)/%.stamp: $(VENV)/package.stamp
+	$(BIN)/python -m pip install --quiet "$$(echo $(WHEELS)/*.whl)[$(EXTRAS_$*)]"
+	touch $@
+
+EXTRAS_test := test,video
+EXTRAS_bench := bench
+EXTRAS_lint := lint,test,video

@@ -1,0 +1,90 @@
+"""Droplets that collide with an obstacle and pinch off, simulated and measured.
+
+>>> import pinchoff as po
+>>> collision = po.simulate(po.Parameters(simulation_capillary_number=30, offset=0.02))
+>>> collision.outcome
+'broke'
+
+Names load on first use, so that importing the package costs next to nothing.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pinchoff import errors as errors
+    from pinchoff import flow as flow
+    from pinchoff.errors import InputError as InputError
+    from pinchoff.errors import PinchoffError as PinchoffError
+    from pinchoff.errors import SimulationError as SimulationError
+    from pinchoff.outlines import Outlines as Outlines
+    from pinchoff.parameters import Parameters as Parameters
+    from pinchoff.parameters import PhysicalScale as PhysicalScale
+    from pinchoff.simulation import Collision as Collision
+    from pinchoff.simulation import simulate as simulate
+    from pinchoff.simulation import simulate_many as simulate_many
+
+    __version__: str
+
+_HOME = {
+    "Collision": "simulation",
+    "InputError": "errors",
+    "Outlines": "outlines",
+    "Parameters": "parameters",
+    "PhysicalScale": "parameters",
+    "PinchoffError": "errors",
+    "SimulationError": "errors",
+    "simulate": "simulation",
+    "simulate_many": "simulation",
+}
+_MODULES = ("errors", "flow")
+
+__all__ = [
+    "Collision",
+    "InputError",
+    "Outlines",
+    "Parameters",
+    "PhysicalScale",
+    "PinchoffError",
+    "SimulationError",
+    "__version__",
+    "errors",
+    "flow",
+    "simulate",
+    "simulate_many",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a public name, or the compiled core, on first use."""
+    if name == "__version__":
+        value: Any = importlib.import_module("importlib.metadata").version("pinchoff")
+    elif name == "_core":
+        value = _load_core()
+    elif name in _HOME:
+        value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
+    elif name in _MODULES:
+        value = importlib.import_module(f"{__name__}.{name}")
+    else:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+def _load_core() -> Any:
+    # Every module writes `from pinchoff import _core`, which asks here first: one place that can
+    # say what to do when the extension is missing.
+    try:
+        return importlib.import_module(f"{__name__}._core")
+    except ImportError as error:
+        raise ImportError(
+            "pinchoff._core, the compiled part of pinchoff, must be importable; got "
+            f"'{error}'; install the package (pip install pinchoff, or pip install . in a "
+            "source tree) and start Python outside its src folder"
+        ) from error

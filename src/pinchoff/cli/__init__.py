@@ -1,0 +1,99 @@
+"""The command line: one file per command, which parses, calls the library and prints.
+
+Exit codes: 0 done, 2 the input is wrong, 1 anything else.
+"""
+
+from __future__ import annotations
+
+import difflib
+import io
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from pinchoff.cli.run import run
+from pinchoff.errors import PinchoffError
+
+# typer shows its parser's errors to the public only as the base class of this one.
+_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+_INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort
+
+app = typer.Typer(
+    name="pinchoff",
+    help="Droplets that collide with an obstacle and pinch off.",
+    add_completion=False,
+    rich_markup_mode="rich",
+)
+app.command()(run)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from pinchoff import __version__
+
+        typer.echo(f"pinchoff {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _pinchoff(
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", callback=_print_version, is_eager=True, help="Print the version."
+        ),
+    ] = False,
+) -> None:
+    """Droplets that collide with an obstacle and pinch off."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        What stands behind ``pinchoff``; by default the process's own arguments.
+    """
+    given = (sys.argv[1:] if arguments is None else list(arguments)) or ["--help"]
+    _never_fail_on_letters()
+    try:
+        code = app(given, prog_name="pinchoff", standalone_mode=False)
+    except PinchoffError as error:
+        return _failed(str(error), error.exit_code)
+    except _UsageError as error:
+        return _failed(_usage_message(error, given), 2)
+    except (typer.Abort, KeyboardInterrupt):
+        return _failed("interrupted", 1)
+    except (OSError, ImportError, MemoryError) as error:
+        return _failed(str(error), 1)
+    if code == _INTERRUPTED:
+        return _failed("interrupted", 1)
+    return code if isinstance(code, int) else 0
+
+
+def _never_fail_on_letters() -> None:
+    # A console that lacks a letter of a unit (v_f∞) shows a question mark instead.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
+
+
+def _failed(message: str, code: int) -> int:
+    print(f"error: {message}", file=sys.stderr)
+    return code
+
+
+def _usage_message(error: Exception, given: Sequence[str]) -> str:
+    """Say what the parser did not understand, in the form of our own errors where it fits."""
+    see = "see pinchoff run --help" if "run" in given else "see pinchoff --help"
+    if hasattr(error, "possibilities"):
+        name = str(getattr(error, "option_name", ""))
+        near = difflib.get_close_matches(name, error.possibilities or (), n=1)
+        advice = f"did you mean {near[0]}?" if near else see
+        return f"{name} must be an existing option; got {name}; {advice}"
+    message = getattr(error, "format_message", error.__str__)()
+    return f"{message.rstrip('.')}; {see}"

@@ -1,0 +1,91 @@
+"""What ``pinchoff run`` reports: collision.json and the table on the terminal."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pinchoff.outcomes import Collision
+
+_TABLE = (
+    "outcome",
+    "symmetry",
+    "impact_parameter",
+    "breakup_number",
+    "contact_time",
+    "contact_time_s",
+    "contact_speed",
+    "speed_mm_s",
+    "maximum_shape_parameter",
+    "minimum_neck",
+    "neck_um",
+    "breakup_time",
+    "daughter_area_ratio",
+    "droplet_count",
+    "end_time",
+)
+_PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
+
+
+def report_of(collision: Collision, preset: str) -> dict[str, Any]:
+    """Return what goes into collision.json."""
+    from pinchoff import __version__
+    from pinchoff.collisions import units
+
+    parameters, row = collision.parameters, collision.to_row()
+    results = collision.to_dict()
+    given = results.pop("parameters")
+    if parameters.scale is not None:
+        results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
+    return {
+        "pinchoff_version": __version__,
+        "preset": preset,
+        "parameters": given,
+        "derived": {
+            "capillary_number": parameters.capillary_number,
+            "normalized_area": parameters.normalized_area,
+            "normalized_thickness": parameters.normalized_thickness,
+            "breakup_number": _finite(row["breakup_number"]),
+            "effective_time_step": parameters.effective_time_step,
+        },
+        "results": results,
+        "units": {
+            **{name: unit for name, unit in units().items() if unit and name in results},
+            "daughter_areas": "D0²",
+            "contacts": "D0, t0, v_f∞",
+            "breakups": "D0, t0, v_f∞",
+        },
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def json_text(report: Mapping[str, Any]) -> str:
+    """Return a report as JSON in the strict sense: no NaN."""
+    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def print_table(row: Mapping[str, Any]) -> None:
+    """Print the results that there are, with their units."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from pinchoff.collisions import units
+
+    table = Table(box=SIMPLE_HEAD)
+    table.add_column("result")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    for name in _TABLE:
+        value, unit = row[name], units()[name]
+        if not isinstance(value, float):
+            table.add_row(name, str(value), "")
+        elif math.isfinite(value):
+            table.add_row(name, f"{value:.4g}", "" if unit == "1" else unit)
+    Console().print(table)

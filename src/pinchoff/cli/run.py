@@ -1,0 +1,368 @@
+"""``pinchoff run``: one collision, its results, its outlines and its pictures."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import tomllib
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pinchoff.cli.report import json_text, print_table, report_of
+from pinchoff.errors import InputError, SimulationError
+from pinchoff.files import written_aside
+
+if TYPE_CHECKING:
+    from pinchoff.outcomes import Collision
+    from pinchoff.outlines import Outlines
+    from pinchoff.parameters import Parameters
+
+RESULTS = "collision.json"
+OUTLINES = "outlines.gsd"
+SNAPSHOTS = "snapshots.png"
+MOVIE = "movie.mp4"
+_FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)
+
+_FLAGS = {
+    "size_ratio": "--size-ratio",
+    "simulation_capillary_number": "--capillary",
+    "offset": "--offset",
+    "diameter": "--diameter",
+    "obstacle_radius": "--obstacle-radius",
+    "speed": "--speed",
+    "viscosity": "--viscosity",
+    "surface_tension": "--surface-tension",
+    "thickness": "--thickness",
+}
+_DIMENSIONLESS = "Dimensionless parameters"
+_PHYSICAL = "Physical quantities, with their units"
+_OUTPUT = "Output"
+
+
+def _number(flag: str, meaning: str) -> Any:
+    return typer.Option(flag, metavar="NUMBER", help=meaning, rich_help_panel=_DIMENSIONLESS)
+
+
+def _quantity(flag: str, meaning: str, example: str) -> Any:
+    return typer.Option(
+        flag, metavar="QUANTITY", help=f"{meaning}, as '{example}'.", rich_help_panel=_PHYSICAL
+    )
+
+
+def run(
+    config: Annotated[
+        Path | None, typer.Argument(metavar="[CONFIG.toml]", help="Parameters from a TOML file.")
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="Model constants by name.", rich_help_panel=_DIMENSIONLESS)
+    ] = None,
+    size_ratio: Annotated[str | None, _number("--size-ratio", "D0/R, droplet to obstacle.")] = None,
+    capillary: Annotated[
+        str | None, _number("--capillary", "Ca_sim, the simulation's capillary number.")
+    ] = None,
+    offset: Annotated[
+        str | None,
+        _number("--offset", "Start y of the droplet: a number of D0, or a length as '20 um'."),
+    ] = None,
+    constants: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any other parameter, as line_tension=60; may be repeated.",
+            rich_help_panel=_DIMENSIONLESS,
+        ),
+    ] = None,
+    diameter: Annotated[str | None, _quantity("--diameter", "Droplet, D0", "481 um")] = None,
+    obstacle_radius: Annotated[
+        str | None, _quantity("--obstacle-radius", "Obstacle, R", "85 um")
+    ] = None,
+    speed: Annotated[str | None, _quantity("--speed", "Fluid, v", "1 mm/s")] = None,
+    viscosity: Annotated[str | None, _quantity("--viscosity", "Fluid, μ", "48 mPa s")] = None,
+    surface_tension: Annotated[
+        str | None, _quantity("--surface-tension", "Interface, γ", "20 mN/m")
+    ] = None,
+    thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = Path("collision"),
+    frames_every: Annotated[
+        str,
+        typer.Option(
+            metavar="NUMBER", help="Time between stored outlines, in t0.", rich_help_panel=_OUTPUT
+        ),
+    ] = "0.02",
+    movie: Annotated[
+        bool,
+        typer.Option("--movie", metavar="", help="Make movie.mp4 too.", rich_help_panel=_OUTPUT),
+    ] = False,
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json", metavar="", help="Print the results as JSON.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+    overwrite: Annotated[
+        bool,
+        typer.Option(
+            "--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Simulate one droplet that meets one obstacle.
+
+    Without options it is the paper's median breaking collision. DIR gets
+
+    - collision.json: parameters and results
+    - outlines.gsd: every outline, written as the run goes on; OVITO opens it
+    - snapshots.png: six moments of the collision
+    - movie.mp4: the film, with --movie
+
+    [bold]Examples[/bold]
+
+    pinchoff run --capillary 30 --offset 0.1 --out off-centre --movie
+
+    pinchoff run --diameter '481 um' --obstacle-radius '85 um' --speed '1 mm/s'
+    --viscosity '48 mPa s' --surface-tension '20 mN/m' --thickness '85 um'
+    """
+    numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
+    quantities = {
+        "diameter": diameter,
+        "obstacle_radius": obstacle_radius,
+        "speed": speed,
+        "viscosity": viscosity,
+        "surface_tension": surface_tension,
+        "thickness": thickness,
+    }
+    (quantities if _has_unit(offset) else numbers)["offset"] = offset
+    interval = _interval(frames_every)
+    with _printed_warnings():
+        parameters = _parameters(config, preset, numbers, constants or [], quantities)
+    if movie:
+        _require_movie_writer()
+    _prepare(out, parameters, overwrite)
+    collision = _simulated(parameters, out / OUTLINES, interval)
+    assert collision.outlines is not None
+    _draw(collision.outlines, out, movie)
+    report = report_of(collision, _preset_name(config, preset))
+    with written_aside(out / RESULTS) as unfinished:
+        unfinished.write_text(json_text(report), encoding="utf-8")
+    _announce(collision, report, [out / name for name in _FILES if (out / name).exists()], as_json)
+
+
+def _has_unit(text: str | None) -> bool:
+    try:
+        float(text or "0")
+    except ValueError:
+        return True
+    return False
+
+
+def _interval(text: str) -> float:
+    try:
+        interval = float(text)
+    except ValueError:
+        interval = math.nan
+    if not 0.0 < interval < math.inf:
+        raise InputError.of(
+            "--frames-every", "a positive, finite number", text, "give a time in t0, as 0.02"
+        )
+    return interval
+
+
+def _parameters(
+    config: Path | None,
+    preset: str | None,
+    numbers: Mapping[str, str | None],
+    assignments: Sequence[str],
+    quantities: Mapping[str, str | None],
+) -> Parameters:
+    """Read the configuration or preset, then change what the options say."""
+    from pinchoff.parameters import Parameters
+
+    if config is not None and preset is not None:
+        raise InputError.of(
+            "--preset", "left out beside a file", preset, f"write the preset into {config}"
+        )
+    base = (
+        Parameters.preset(preset or "default") if config is None else Parameters.from_toml(config)
+    )
+    options = {name: value for name, value in numbers.items() if value is not None}
+    physical = {name: value for name, value in quantities.items() if value is not None}
+    changes = _assigned(assignments)
+    for name in options.keys() & changes.keys():
+        raise InputError.of(
+            f"--set {name}", "given once", changes[name], f"drop it or {_FLAGS[name]}"
+        )
+    changes.update(options)
+    try:
+        parameters = _physical(base, physical, changes) if physical else base.replace(**changes)
+        parameters.model_row()  # refuses an unstable time step before any file is touched
+    except InputError as error:
+        if error.argument in options or error.argument in physical:
+            flag = _FLAGS[error.argument]
+            raise InputError.of(flag, error.rule, error.got, error.advice) from None
+        raise
+    return parameters
+
+
+def _physical(
+    base: Parameters, physical: Mapping[str, str], changes: Mapping[str, Any]
+) -> Parameters:
+    """Build parameters from quantities; those not given are the configuration's."""
+    from pinchoff.parameters import Parameters
+
+    constants = {name: getattr(base, name) for name in base.model_fields_set}
+    quantities: dict[str, str | None] = dict.fromkeys(_FLAGS, None)
+    if base.scale is not None:
+        for name in ("size_ratio", "simulation_capillary_number", "offset", "scale"):
+            constants.pop(name, None)
+        quantities = {
+            "diameter": f"{base.scale.diameter_um!r} um",
+            "obstacle_radius": f"{base.scale.obstacle_radius_um!r} um",
+            "speed": f"{base.scale.speed_mm_s!r} mm/s",
+            "viscosity": f"{base.scale.viscosity_mPa_s!r} mPa s",
+            "surface_tension": f"{base.scale.surface_tension_mN_m!r} mN/m",
+            "thickness": f"{base.scale.thickness_um!r} um",
+            "offset": f"{base.offset * base.scale.diameter_um!r} um",
+        }
+    return Parameters.from_physical(**{**constants, **quantities, **physical, **changes})
+
+
+def _assigned(assignments: Sequence[str]) -> dict[str, Any]:
+    """Read NAME=VALUE pairs; a value is read as TOML has it, or else as a bare word."""
+    values: dict[str, Any] = {}
+    for assignment in assignments:
+        name, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (name and equals and text):
+            raise InputError.of("--set", "NAME=VALUE", assignment, "write it like line_tension=60")
+        if name in values:
+            raise InputError.of(f"--set {name}", "given once", text, "drop one of them")
+        try:
+            values[name] = tomllib.loads(f"value = {text}")["value"]
+        except tomllib.TOMLDecodeError:
+            values[name] = text
+    return values
+
+
+@contextmanager
+def _printed_warnings() -> Iterator[None]:
+    """Print each warning once, as one line on stderr."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        yield
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        print(f"warning: {message}", file=sys.stderr)
+
+
+def _require_movie_writer() -> None:
+    from pinchoff.figures.movie import require_pyav
+
+    require_pyav()
+
+
+def _prepare(out: Path, parameters: Parameters, overwrite: bool) -> None:
+    """Make the folder, free of results.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written to, or holds results that may not be replaced.
+    """
+    try:
+        present = [out / name for name in _FILES if (out / name).exists()]
+        if present and not overwrite:
+            raise InputError.of(
+                "--out",
+                "a folder without results",
+                f"{out} ({_description(out / RESULTS, parameters)})",
+                "add --overwrite, or choose another folder",
+            )
+        out.mkdir(parents=True, exist_ok=True)
+        for path in present:
+            path.unlink()
+        with written_aside(out / OUTLINES) as unfinished:
+            unfinished.touch()
+    except OSError as error:
+        raise InputError.of(
+            "--out",
+            "a folder that can be written to",
+            f"{out} ({error.strerror})",
+            "choose another",
+        ) from error
+
+
+def _description(results: Path, parameters: Parameters) -> str:
+    """Say what the results in a folder are, compared with the run that is asked for."""
+    from pinchoff import __version__
+
+    try:
+        report = json.loads(results.read_text(encoding="utf-8"))
+        same = report["parameters"] == parameters.model_dump(mode="json")
+        version = report["pinchoff_version"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return "it holds an unfinished run"
+    if not same:
+        return "it holds a run with other parameters"
+    return "it holds this very run" + ("" if version == __version__ else f", by pinchoff {version}")
+
+
+def _simulated(parameters: Parameters, path: Path, interval: float) -> Collision:
+    from pinchoff.gsd_file import OutlineWriter
+    from pinchoff.simulation import simulate
+
+    obstacles = [[0.0, 0.0, parameters.obstacle_radius]]
+    try:
+        with OutlineWriter(path, obstacles, parameters.model_dump(mode="json")) as writer:
+            return simulate(
+                parameters, outlines=interval, on_frame=writer.append, progress=sys.stderr.isatty()
+            )
+    except (SimulationError, KeyboardInterrupt):
+        print(f"stopped; {path} holds the run until then", file=sys.stderr)
+        raise
+
+
+def _draw(outlines: Outlines, out: Path, movie: bool) -> None:
+    from pinchoff.figures.snapshots import write_snapshots
+
+    write_snapshots(out / SNAPSHOTS, outlines)
+    if movie:
+        from pinchoff.figures.movie import write_movie
+
+        with _movie_bar() as progress:
+            write_movie(out / MOVIE, outlines, progress=progress)
+
+
+@contextmanager
+def _movie_bar() -> Iterator[Callable[[int, int], None]]:
+    """Show a bar on stderr where that is a terminal, and give the function that moves it."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("movie")
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _preset_name(config: Path | None, preset: str | None) -> str:
+    if config is None:
+        return preset or "default"
+    return str(tomllib.loads(config.read_text(encoding="utf-8")).get("preset", "default"))
+
+
+def _announce(
+    collision: Collision, report: Mapping[str, Any], files: Sequence[Path], as_json: bool
+) -> None:
+    """Print the results on stdout, then name the files (beside JSON: on stderr)."""
+    if as_json:
+        print(json_text(report), end="")
+    else:
+        print_table(collision.to_row())
+    for path in files:
+        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)

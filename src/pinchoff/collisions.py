@@ -1,0 +1,135 @@
+"""The collisions table: one row per collision, simulated, filmed or imported.
+
+The schema is written here once: the name, unit, type and meaning of every column. Not measured
+is NaN, never zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+
+class Column(NamedTuple):
+    """One column of the table.
+
+    Attributes
+    ----------
+    name : str
+    unit : str
+        "1" for a pure number, "" for what is not a number.
+    dtype : str
+        Its pandas type.
+    meaning : str
+    categories : tuple of str
+        Every value that a column of type "category" can have.
+    """
+
+    name: str
+    unit: str
+    dtype: str
+    meaning: str
+    categories: tuple[str, ...] = ()
+
+
+def _measure(name: str, unit: str, meaning: str) -> Column:
+    return Column(name, unit, "float64", meaning)
+
+
+def _count(name: str, meaning: str) -> Column:
+    return Column(name, "1", "int64", meaning)
+
+
+OUTCOMES = ("slipped", "broke", "captured", "failed")
+"""What can come of a run, in the order of the core's codes."""
+
+COLUMNS: tuple[Column, ...] = (
+    Column("source", "", "str", "where the collision comes from, such as 'simulation'"),
+    _count("collision_id", "number of the collision within its source, from 0"),
+    # What was set
+    _measure("size_ratio", "1", "D0/R"),
+    _measure("simulation_capillary_number", "1", "Ca_sim, line tension against drag"),
+    _measure("offset", "D0", "start y of the droplet relative to the obstacle's centre"),
+    # The groups of the break-up law
+    _measure("capillary_number", "1", "Ca = μv/γ; in a simulation 9.8e-5 Ca_sim, with v = v_f∞"),
+    _measure("normalized_area", "1", "Ã = A/R²"),
+    _measure("normalized_thickness", "1", "z̃ = z/R"),
+    _measure("symmetry", "1", "S at first contact"),
+    _measure("breakup_number", "1", "Bk, from the separating line of the paper's simulations"),
+    # What happened
+    Column("outcome", "", "category", "what came of it", OUTCOMES),
+    Column("broke", "", "boolean", "whether the droplet broke; missing where a run failed before"),
+    Column("accepted", "", "bool", "whether the row is fit for use"),
+    Column("reject_reason", "", "str", "why it is not; empty when accepted"),
+    # First contact
+    _measure("impact_parameter", "D0", "b at first contact"),
+    _measure("speed", "v_f∞", "speed of the droplet's centroid at first contact"),
+    _measure("contact_time", "t0", "time of the first contact"),
+    _measure("contact_speed", "v_f∞", "the same as speed"),
+    _measure("contact_area", "D0²", "area at first contact"),
+    _measure("contact_shape_parameter", "1", "𝒜 = P²/(4πA) at first contact"),
+    # Deformation and break-up
+    _measure("neck_thickness", "D0", "thinnest neck from first contact on"),
+    _measure("minimum_neck", "D0", "the same as neck_thickness"),
+    _measure("maximum_shape_parameter", "1", "largest 𝒜 after contact, before any break-up"),
+    _measure("daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"),
+    _measure("small_daughter_area", "D0²", "smaller daughter of the first break-up"),
+    _measure("large_daughter_area", "D0²", "larger daughter of the first break-up"),
+    _measure("breakup_time", "t0", "time of the first break-up"),
+    _measure("breakup_neck", "D0", "neck that was cut in the first break-up"),
+    _count("breakup_count", "break-ups, of daughters too"),
+    _count("generations", "break-ups in the ancestry of the youngest droplet"),
+    _count("droplet_count", "droplets at the end"),
+    _measure("end_time", "t0", "when the run ended"),
+    _count("steps", "time steps taken"),
+    _count("vertex_updates", "vertices times steps"),
+    # Physical units, where the scale is known
+    _measure("contact_time_s", "s", "time of the first contact"),
+    _measure("obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"),
+    _measure("obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"),
+    _measure("area_um2", "µm²", "area at first contact"),
+    _measure("speed_mm_s", "mm/s", "speed of the droplet's centroid at first contact"),
+    _measure("neck_um", "µm", "thinnest neck from first contact on"),
+    _measure("obstacle_radius_um", "µm", "R"),
+    _measure("thickness_um", "µm", "z of the chamber"),
+    _measure("viscosity_mPa_s", "mPa s", "dynamic viscosity of the continuous phase"),
+    _measure("surface_tension_mN_m", "mN/m", "surface tension"),
+)
+"""The columns in their order."""
+
+
+def units() -> dict[str, str]:
+    """Return the unit of every column, by name."""
+    return {column.name: column.unit for column in COLUMNS}
+
+
+def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
+    """Join columns, given in parts, to a table with the units in ``attrs["units"]``.
+
+    Parameters
+    ----------
+    parts : sequence of mapping of str to ndarray, shape (rows of the part,)
+        Every part holds every column of `COLUMNS`.
+
+    Returns
+    -------
+    DataFrame
+        The rows of the parts in their order; no rows without parts.
+    """
+    import pandas as pd  # slow to import, and a single collision does without
+
+    series = {}
+    for column in COLUMNS:
+        values = np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)
+        known = column.categories
+        dtype = pd.CategoricalDtype(list(known)) if known else column.dtype
+        series[column.name] = pd.Series(values, dtype=dtype, copy=False)
+    frame = pd.DataFrame(series, copy=False)
+    frame.attrs["units"] = units()
+    return frame

@@ -1,0 +1,1 @@
+"""Figures: one module per figure, outlines or a table in, matplotlib Axes out."""

@@ -1,0 +1,116 @@
+"""The chamber as a microscope shows it: fluid, obstacles, droplets, a scale bar, the time.
+
+Snapshots and movie draw with these functions, so they look alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.patches import Circle
+
+from pinchoff.figures import style
+from pinchoff.outlines import Outline, Outlines
+
+_SCALE_BAR_SHARE = 0.2  # of the window's width, about
+
+
+class Window(NamedTuple):
+    """The part of the plane that is shown [D0]."""
+
+    left: float
+    right: float
+    bottom: float
+    top: float
+
+    @property
+    def width(self) -> float:
+        """Width [D0]."""
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        """Height [D0]."""
+        return self.top - self.bottom
+
+
+class Scale(NamedTuple):
+    """What one unit of a run's length and time is called, and how much it is."""
+
+    length: float
+    length_unit: str
+    time: float
+    time_unit: str
+
+    @classmethod
+    def of(cls, outlines: Outlines) -> Scale:
+        """Return µm and ms where the parameters hold a physical scale, else D0 and t0."""
+        physical = outlines.parameters.get("scale")
+        if physical is None:
+            return cls(1.0, "$D_0$", 1.0, "$t_0$")
+        diameter_um = float(physical["diameter_um"])
+        # t0 = D0 / v_f∞, and 1 µm / (1 mm/s) = 1 ms.
+        return cls(diameter_um, "µm", diameter_um / float(physical["speed_mm_s"]), "ms")
+
+    def time_label(self, time: float) -> str:
+        """Return the label of a time given in t0."""
+        value = time * self.time
+        # Two decimals of t0; of a physical time the digits that this resolution is worth.
+        decimals = max(0, 2 - math.floor(math.log10(self.time)))
+        return f"$t$ = {value:.{decimals}f} {self.time_unit}"
+
+
+def draw_chamber(axes: Axes, outlines: Outlines, window: Window) -> None:
+    """Draw the fluid and the obstacles, and fit the axes to the window without any ticks."""
+    axes.set_facecolor(style.FLUID)
+    axes.set(xlim=(window.left, window.right), ylim=(window.bottom, window.top), aspect="equal")
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    for x, y, radius in outlines.obstacles:
+        axes.add_patch(Circle((x, y), radius, facecolor=style.OBSTACLE, edgecolor="none", zorder=3))
+
+
+def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> PolyCollection:
+    """Draw droplets, pink with a dark rim of the given width [points]."""
+    polygons = PolyCollection(
+        [droplet.vertices for droplet in droplets],
+        facecolors=style.DROPLET,
+        edgecolors=style.DROPLET_RIM,
+        linewidths=rim,
+        joinstyle="round",
+        zorder=2,
+    )
+    axes.add_collection(polygons, autolim=False)
+    return polygons
+
+
+def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:
+    """Draw a bar of a round length, with the length, in the lower right corner."""
+    length = _round_number(_SCALE_BAR_SHARE * window.width * scale.length)
+    right = window.right - 0.04 * window.width
+    left = right - length / scale.length
+    height = window.bottom + 0.07 * window.height
+    axes.plot(
+        [left, right], [height, height], color=style.INK, lw=2, solid_capstyle="butt", zorder=4
+    )
+    axes.annotate(
+        f"{length:g} {scale.length_unit}",
+        ((left + right) / 2, height),
+        xytext=(0, 2.5),
+        textcoords="offset points",
+        ha="center",
+        va="bottom",
+        fontsize="small",
+    )
+
+
+def _round_number(value: float) -> float:
+    """Return the number of the form 1, 2 or 5 times a power of ten that is nearest in ratio."""
+    power = 10.0 ** math.floor(math.log10(value))
+    candidates = np.array([1.0, 2.0, 5.0, 10.0]) * power
+    return float(candidates[np.argmin(np.abs(np.log(candidates / value)))])

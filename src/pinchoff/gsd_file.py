@@ -1,0 +1,231 @@
+"""Outlines in a GSD file, one frame at a time (OVITO and freud open it)."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+_NO_DROPLET = -1  # body and generation of an obstacle
+
+
+class Outline(NamedTuple):
+    """One droplet at one time.
+
+    The last vertex joins the first. Lengths are in the units of the `Outlines` it came from.
+    """
+
+    droplet_id: int
+    generation: int  # 0 for a droplet that has not broken, 1 for its daughters, ...
+    vertices: Floats  # (n, 2)
+    velocities: Floats  # (n, 2), length per time
+
+
+#: What `Outlines.from_frames` and `OutlineWriter.append` accept for one droplet.
+OutlineLike = Outline | tuple[int, int, npt.ArrayLike, npt.ArrayLike]
+
+
+class OutlineWriter:
+    """Append outlines to a GSD file, frame by frame.
+
+    Every frame is flushed: a file whose writer was killed holds all frames appended before.
+    In OVITO the obstacles (type "obstacle", at their true diameter) come first, then the vertices
+    (type "vertex") with bonds along each outline; the particles' body is the droplet's id.
+
+    Parameters
+    ----------
+    path : path
+        The file; an existing one is replaced.
+    obstacles : (M, 3) array_like
+        Centre x, y and radius of each obstacle [D0].
+    parameters : mapping
+        The parameters of the run; stored as JSON.
+    units : str
+        Unit of length, "D0".
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        obstacles: npt.ArrayLike,
+        parameters: Mapping[str, Any],
+        *,
+        units: str = "D0",
+    ) -> None:
+        import gsd.hoomd
+
+        self._obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
+        # Written with the first frame only; readers take what a frame lacks from the first.
+        self._constant = {
+            "obstacles": self._obstacles,
+            "parameters": _as_bytes(json.dumps(dict(parameters))),
+            "units": _as_bytes(units),
+        }
+        self._box_side = 0.0
+        self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def append(self, time: float, outlines: Iterable[OutlineLike]) -> None:
+        """Add one frame and flush it to the disk.
+
+        Parameters
+        ----------
+        time : float
+            Time of the frame [t0].
+        outlines : iterable
+            Its droplets: (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2)
+            [D0/t0]).
+        """
+        import gsd.hoomd
+
+        droplets = [Outline(*each) for each in outlines]
+        sizes = np.array([len(np.asarray(each.vertices)) for each in droplets], dtype=np.int64)
+        vertices = stacked([each.vertices for each in droplets])
+        bodies = np.repeat([each.droplet_id for each in droplets], sizes)
+        generations = np.repeat([each.generation for each in droplets], sizes)
+
+        frame = gsd.hoomd.Frame()
+        frame.configuration.step = len(self._file)
+        frame.configuration.box = [*[self._grown_box(vertices)] * 2, 0, 0, 0, 0]
+        self._add_particles(frame, vertices, stacked([each.velocities for each in droplets]))
+        frame.particles.body = self._with_obstacles(bodies).astype(np.int32)
+        frame.particles.diameter = np.concatenate(
+            (2.0 * self._obstacles[:, 2], _edge_lengths(droplets))
+        )
+        frame.bonds.types = ["edge"]
+        frame.bonds.N = len(vertices)
+        frame.bonds.group = len(self._obstacles) + _ring_bonds(sizes)
+        frame.log = {
+            "time": np.array([time], dtype=np.float64),
+            "particles/generation": self._with_obstacles(generations).astype(np.int32),
+            **(self._constant if len(self._file) == 0 else {}),
+        }
+        self._file.append(frame)
+        self._file.flush()
+
+    def _add_particles(self, frame: Any, vertices: Floats, velocities: Floats) -> None:
+        fixed = len(self._obstacles)
+        frame.particles.N = fixed + len(vertices)
+        frame.particles.types = ["vertex", "obstacle"]
+        frame.particles.typeid = np.repeat([1, 0], [fixed, len(vertices)])
+        frame.particles.position = np.zeros((frame.particles.N, 3))
+        frame.particles.position[:fixed, :2] = self._obstacles[:, :2]
+        frame.particles.position[fixed:, :2] = vertices
+        frame.particles.velocity = np.zeros((frame.particles.N, 3))
+        frame.particles.velocity[fixed:, :2] = velocities
+
+    def _with_obstacles(self, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        return np.concatenate((np.full(len(self._obstacles), _NO_DROPLET), values))
+
+    def _grown_box(self, vertices: Floats) -> float:
+        # GSD wants a box round the origin that holds all particles. It has no meaning here, so it
+        # changes as seldom as can be.
+        everything = np.concatenate((vertices, self._obstacles[:, :2]))
+        reach = float(np.max(np.abs(everything), initial=1.0))
+        self._box_side = max(self._box_side, 2.0 * math.ceil(reach + 1.0))
+        return self._box_side
+
+
+def stacked(parts: Sequence[npt.ArrayLike]) -> Floats:
+    """Join (n, 2) arrays, of which there may be none, to one (V, 2) array."""
+    arrays = [np.asarray(part, dtype=np.float64) for part in parts]
+    return np.concatenate([np.empty((0, 2)), *arrays])
+
+
+def _ring_bonds(sizes: Integers) -> Integers:
+    """Return the vertex pairs that bound each outline in turn: (V, 2)."""
+    pairs: Integers = np.arange(sizes.sum())[:, None] + np.array([0, 1])
+    ends = np.cumsum(sizes)
+    pairs[ends - 1, 1] = ends - sizes  # the last vertex joins the first
+    return pairs
+
+
+def _edge_lengths(droplets: Sequence[Outline]) -> Floats:
+    """Return for each vertex its outline's mean edge length, the vertex's diameter [paper, 3.1]."""
+    means = []
+    for droplet in droplets:
+        edges = np.roll(droplet.vertices, -1, axis=0) - droplet.vertices
+        means.append(np.full(len(edges), np.hypot(edges[:, 0], edges[:, 1]).mean()))
+    return np.concatenate([np.empty(0), *means])
+
+
+def _as_bytes(text: str) -> npt.NDArray[np.uint8]:
+    return np.frombuffer(text.encode(), dtype=np.uint8)
+
+
+def _as_text(data: npt.NDArray[np.uint8]) -> str:
+    return data.tobytes().decode()
+
+
+class GsdContents(NamedTuple):
+    """What a GSD file of outlines holds; lengths and times as they were written."""
+
+    times: list[float]
+    frames: list[list[Outline]]
+    obstacles: Floats  # (M, 3)
+    parameters: dict[str, Any]
+    units: str
+
+
+def read_gsd(path: Path) -> GsdContents:
+    """Read all frames of a file that `OutlineWriter` wrote, or still writes.
+
+    Raises
+    ------
+    OSError, RuntimeError, ValueError, KeyError
+        If the file is no GSD file, or does not hold outlines.
+    """
+    import gsd.hoomd
+
+    with gsd.hoomd.open(name=path, mode="r") as file:
+        if len(file) == 0:
+            raise ValueError("it has no frames")
+        log = file[0].log
+        read = [(float(frame.log["time"][0]), _droplets(frame)) for frame in file]
+    return GsdContents(
+        times=[time for time, _ in read],
+        frames=[droplets for _, droplets in read],
+        obstacles=log["obstacles"],
+        parameters=json.loads(_as_text(log["parameters"])),
+        units=_as_text(log["units"]),
+    )
+
+
+def _droplets(frame: Any) -> list[Outline]:
+    particles = frame.particles
+    is_vertex = particles.typeid == particles.types.index("vertex")
+    bodies = particles.body[is_vertex]
+    generations = frame.log["particles/generation"][is_vertex]
+    positions = particles.position[is_vertex, :2]
+    velocities = particles.velocity[is_vertex, :2]
+    # Each droplet's vertices stand together, so a new outline begins where the body changes.
+    starts = np.flatnonzero(np.diff(bodies, prepend=_NO_DROPLET))
+    return [
+        Outline(int(bodies[a]), int(generations[a]), positions[a:b], velocities[a:b])
+        for a, b in pairwise([*starts, len(bodies)])
+    ]

@@ -1,0 +1,202 @@
+"""Physical quantities in and out: what the dimensionless numbers stand for."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+from pinchoff.errors import InputError
+from pinchoff.validation import Checked, Number, explained, unknown_name
+
+if TYPE_CHECKING:
+    import pint
+
+    Physical = str | pint.Quantity[Any]
+
+CA_PER_CA_SIM = 9.8e-5
+"""Capillary number of the experiment per that of the simulation [paper, eq. conv]."""
+
+THICKNESS_TOLERANCE = 0.01
+"""How far z/R may be off 1, the thickness of the two-dimensional model, without a warning."""
+
+
+def _positive(meaning: str) -> Any:
+    return explained("a positive, finite number", meaning, gt=0.0)
+
+
+class PhysicalScale(Checked):
+    """The experiment that dimensionless parameters stand for.
+
+    Parameters
+    ----------
+    diameter_um : float
+        D0, the undeformed droplet's diameter, µm.
+    speed_mm_s : float
+        v_f∞, the fluid's speed, mm/s.
+    obstacle_radius_um : float
+        R, µm.
+    thickness_um : float
+        z, the chamber's thickness, µm.
+    viscosity_mPa_s : float
+        μ, the fluid's dynamic viscosity, mPa s.
+    surface_tension_mN_m : float
+        γ, mN/m.
+
+    Raises
+    ------
+    InputError
+        A value is missing, not finite or not positive.
+    """
+
+    diameter_um: Annotated[Number, _positive("the undeformed droplet's diameter D0 in µm")]
+    speed_mm_s: Annotated[Number, _positive("the fluid's speed v_f∞ in mm/s")]
+    obstacle_radius_um: Annotated[Number, _positive("the obstacle's radius R in µm")]
+    thickness_um: Annotated[Number, _positive("the chamber's thickness z in µm")]
+    viscosity_mPa_s: Annotated[  # noqa: N815
+        Number, _positive("the fluid's dynamic viscosity μ in mPa s")
+    ]
+    surface_tension_mN_m: Annotated[  # noqa: N815
+        Number, _positive("the surface tension γ in mN/m")
+    ]
+
+    @property
+    def time_unit_s(self) -> float:
+        """t0 = D0/v_f∞, seconds."""
+        return self.diameter_um * 1e-3 / self.speed_mm_s
+
+    @property
+    def capillary_number(self) -> float:
+        """Ca = μ v_f∞/γ, dimensionless."""
+        return self.viscosity_mPa_s * self.speed_mm_s / self.surface_tension_mN_m * 1e-3
+
+    @property
+    def simulation_capillary_number(self) -> float:
+        """Ca_sim = Ca/9.8e-5, dimensionless [paper, eq. conv]."""
+        return self.capillary_number / CA_PER_CA_SIM
+
+    @property
+    def size_ratio(self) -> float:
+        """D0/R, dimensionless."""
+        return self.diameter_um / self.obstacle_radius_um
+
+
+class _Quantity(NamedTuple):
+    """How a physical argument is read: its field in the scale, its unit and its kind."""
+
+    field: str
+    unit: str
+    kind: str
+    example: str
+
+
+_SCALE_QUANTITIES = {
+    "diameter": _Quantity("diameter_um", "um", "length", "481 um"),
+    "obstacle_radius": _Quantity("obstacle_radius_um", "um", "length", "85 um"),
+    "speed": _Quantity("speed_mm_s", "mm/s", "speed", "1.0 mm/s"),
+    "viscosity": _Quantity("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
+    "surface_tension": _Quantity("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
+    "thickness": _Quantity("thickness_um", "um", "length", "85 um"),
+}
+_OFFSET = _Quantity("offset_um", "um", "length", "20 um")
+
+PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
+"""The physical arguments; all but the offset are required."""
+
+
+def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
+    """Read physical quantities with their units, and return what follows from them.
+
+    Parameters
+    ----------
+    quantities : mapping of str to str or pint.Quantity
+        The `PHYSICAL_NAMES`; ``offset`` may be missing and is then zero.
+
+    Returns
+    -------
+    dict
+        ``size_ratio``, ``simulation_capillary_number``, ``offset`` (D0) and ``scale``.
+
+    Raises
+    ------
+    InputError
+        A name is unknown or missing; a value has no unit, the wrong unit, or is not finite; or
+        something other than the offset is not positive.
+    """
+    for name in quantities:
+        if name not in PHYSICAL_NAMES:
+            raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
+    values = {}
+    for name, quantity in _SCALE_QUANTITIES.items():
+        value = _magnitude(name, quantities.get(name), quantity)
+        if not value > 0:
+            raise _wrong(name, quantities[name], quantity, "a positive")
+        values[quantity.field] = value
+    scale = PhysicalScale(**values)
+    offset = quantities.get("offset")
+    offset_um = 0.0 if offset is None else _magnitude("offset", offset, _OFFSET)
+    _warn_of_thickness(scale)
+    return {
+        "size_ratio": scale.size_ratio,
+        "simulation_capillary_number": scale.simulation_capillary_number,
+        "offset": offset_um / scale.diameter_um,
+        "scale": scale,
+    }
+
+
+def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
+    """Refuse dimensionless numbers that follow from physical quantities given beside them.
+
+    Raises
+    ------
+    InputError
+        There is one.
+    """
+    for name in ("size_ratio", "simulation_capillary_number", "offset", "scale"):
+        if constants.get(name) is not None:
+            raise InputError.of(
+                name,
+                "left out beside physical quantities, from which it follows",
+                constants[name],
+                "give either the physical quantities or the dimensionless number",
+            )
+
+
+def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
+    """Read one quantity and return its number in `quantity.unit`."""
+    import pint  # not needed for dimensionless work, and slow to import
+
+    if isinstance(value, pint.Quantity):
+        parsed = value
+    elif isinstance(value, str):
+        try:
+            parsed = pint.application_registry.Quantity(value)
+        except Exception:  # the parser raises anything from TokenError to ZeroDivisionError
+            raise _wrong(name, value, quantity) from None
+    else:
+        raise _wrong(name, "nothing" if value is None else value, quantity)
+    try:
+        magnitude = float(parsed.m_as(quantity.unit))
+    except (pint.PintError, TypeError, ValueError, OverflowError):
+        raise _wrong(name, value, quantity) from None
+    if not math.isfinite(magnitude):
+        raise _wrong(name, value, quantity, "a finite")
+    return magnitude
+
+
+def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:
+    got = value if isinstance(value, str) else str(value)
+    rule = f"{adjective} {quantity.kind} with its unit"
+    return InputError.of(name, rule, f"'{got}'", f"write it like '{quantity.example}'")
+
+
+def _warn_of_thickness(scale: PhysicalScale) -> None:
+    normalized_thickness = scale.thickness_um / scale.obstacle_radius_um
+    if abs(normalized_thickness - 1.0) > THICKNESS_TOLERANCE:
+        warnings.warn(
+            f"thickness/obstacle_radius is {normalized_thickness:.3g}, but the model is "
+            "two-dimensional and simulates 1: the thickness does not act in the simulation",
+            UserWarning,
+            stacklevel=4,
+        )

@@ -1,0 +1,355 @@
+"""Run collisions: one in detail, or very many into a table."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sized
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pinchoff import _core
+from pinchoff.errors import InputError
+from pinchoff.flow import Flow
+from pinchoff.outcomes import Collision, collision_of, run_columns
+from pinchoff.parameters import SAMPLE_INTERVAL, Parameters
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.outlines import Outlines
+
+__all__ = ["Collision", "Flow", "simulate", "simulate_many"]
+
+Floats: TypeAlias = NDArray[np.float64]
+
+Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
+"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
+
+RECORDING_INTERVAL = 0.05
+"""Time between two recorded outlines unless said otherwise, t0."""
+
+CHUNK_SIZE = 4096
+"""Runs that are prepared and held at once, so that a sweep's memory is that of its table."""
+
+MOST_THREADS = 1024
+
+
+def simulate(
+    parameters: Parameters,
+    *,
+    flow: Flow | None = None,
+    obstacles: ArrayLike | None = None,
+    droplets: ArrayLike | None = None,
+    outlines: bool | float = False,
+    on_frame: Callable[[float, Frame], object] | None = None,
+    progress: bool = False,
+) -> Collision:
+    """Run one collision from its start to its outcome.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The model.
+    flow : Flow, optional
+        What `pinchoff.flow` builds; by default the Stokes flow around the first obstacle.
+    obstacles : array_like, shape (M, 3), optional
+        Centre x, y and radius of each obstacle, D0. By default one of radius 1/size_ratio at the
+        origin. M may be zero if a flow is given; the run then lasts until the time limit.
+    droplets : array_like, shape (K, 3), optional
+        Start x, y and diameter of each droplet, D0. By default one of diameter 1 at
+        (-start_distance, offset).
+    outlines : bool or float, optional
+        Whether to record the outlines, or the time between two records in t0, rounded up to a
+        multiple of the sampling interval: recording never changes the results.
+    on_frame : callable, optional
+        Called as ``on_frame(time, droplets)`` for every record at once, for instance
+        `OutlineWriter.append`; records also when `outlines` is False.
+    progress : bool, optional
+        Whether to show a bar on stderr.
+
+    Returns
+    -------
+    Collision
+        For several droplets: the first contact and the first break-up of any of them.
+
+    Raises
+    ------
+    InputError
+        An argument is wrong.
+    SimulationError
+        A guard stopped the run, because its result could not be trusted.
+    KeyboardInterrupt
+        Ctrl-C, at once.
+    """
+    _require_parameters("parameters", parameters)
+    circles = _obstacles(parameters, obstacles)
+    starts = _droplets(parameters, droplets, circles)
+    if flow is None:
+        flow = _flow_around(circles)
+    _require_flow(flow)
+    every = _samples_between_records(outlines)
+    system = _core.System(parameters.model_row(), flow, circles, starts)
+    times: list[float] = []
+    frames: list[Frame] = []
+
+    def record() -> None:
+        frame = system.outlines()
+        if outlines is not False:
+            times.append(system.time)
+            frames.append(frame)
+        if on_frame is not None:
+            on_frame(system.time, frame)
+
+    recording = outlines is not False or on_frame is not None
+    with _bar(progress, "collision", parameters.time_limit) as show:
+        _run(system, every, record if recording else None, show)
+    kept = None if outlines is False else _outlines(times, frames, circles, parameters)
+    return collision_of(parameters, system, kept)
+
+
+def _run(
+    system: _core.System,
+    every: int,
+    record: Callable[[], None] | None,
+    show: Callable[[float], None] | None,
+) -> None:
+    """Advance sample by sample, so that Ctrl-C acts at once, and record every so many samples."""
+    recorded = -1.0
+    for sample in itertools.count():
+        due = sample % every == 0 or system.finished
+        if record is not None and due and system.time > recorded:
+            recorded = system.time
+            record()
+        if show is not None:
+            show(system.time)
+        if system.finished:
+            return
+        # A sample is a whole number of steps, close to its nominal length: half way is the next.
+        system.advance(system.time + 0.5 * SAMPLE_INTERVAL)
+
+
+def _outlines(
+    times: list[float], frames: list[Frame], circles: Floats, parameters: Parameters
+) -> Outlines:
+    from pinchoff.outlines import Outlines  # only when asked for
+
+    return Outlines.from_frames(times, frames, circles, parameters.model_dump(mode="json"))
+
+
+def simulate_many(
+    parameters: Iterable[Parameters],
+    *,
+    threads: int | None = None,
+    progress: bool | None = None,
+    flow: Flow | None = None,
+) -> pd.DataFrame:
+    """Run many collisions, on all cores, into one table.
+
+    The rows are the same, in the order of the parameters, whatever the number of threads. Runs
+    are prepared a few thousand at a time: a generator of a million costs the memory of the table.
+
+    Parameters
+    ----------
+    parameters : iterable of Parameters
+        One per collision.
+    threads : int, optional
+        How many threads; by default as many as there are cores for this process.
+    progress : bool, optional
+        Whether to show a bar on stderr; by default when that is a terminal.
+    flow : Flow, optional
+        One flow for all; by default the Stokes flow around each run's own obstacle.
+
+    Returns
+    -------
+    DataFrame
+        The columns of `pinchoff.collisions.COLUMNS`, with their units in ``attrs["units"]``. A
+        run that a guard stopped is a row with ``accepted`` False and a ``reject_reason``; so is
+        one whose droplet never touched the obstacle.
+
+    Raises
+    ------
+    InputError
+        An argument is wrong; the message names its position.
+    KeyboardInterrupt
+        Ctrl-C, once the runs in progress have ended; no further one starts.
+
+    Warns
+    -----
+    RuntimeWarning
+        Guards stopped some of the runs; says how many.
+    """
+    from pinchoff import collisions
+
+    _require_iterable(parameters)
+    workers = _thread_count(threads)
+    if flow is not None:
+        _require_flow(flow)
+    if progress is None:
+        progress = sys.stderr.isatty()
+    total = len(parameters) if isinstance(parameters, Sized) else None
+    parts: list[dict[str, NDArray[Any]]] = []
+    done = 0
+    with _bar(progress, "collisions", total) as show:
+        for chunk in _chunks(parameters):
+            models = np.array([_row(done + i, p) for i, p in enumerate(chunk)])
+            results = _core.run_many(models, flow, workers, _shifted(show, done))
+            parts.append(run_columns(chunk, results, first_id=done))
+            done += len(chunk)
+    table = collisions.table(parts)
+    _warn_of_failures(int((table["outcome"] == "failed").sum()), done)
+    return table
+
+
+def _chunks(parameters: Iterable[Parameters]) -> Iterator[list[Parameters]]:
+    rest = iter(parameters)
+    while chunk := list(itertools.islice(rest, CHUNK_SIZE)):
+        yield chunk
+
+
+def _row(position: int, parameters: Parameters) -> Floats:
+    place = f"parameters[{position}]"
+    _require_parameters(place, parameters)
+    try:
+        return parameters.model_row()
+    except InputError as error:
+        raise error.within(place) from None
+
+
+def _shifted(show: Callable[[float], None] | None, done: int) -> Callable[[int], None] | None:
+    return None if show is None else lambda more: show(done + more)
+
+
+def _warn_of_failures(failed: int, total: int) -> None:
+    if failed:
+        warnings.warn(
+            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
+            "reject_reason",
+            RuntimeWarning,
+            stacklevel=3,
+        )
+
+
+def _thread_count(threads: int | None) -> int:
+    if threads is None:
+        if hasattr(os, "sched_getaffinity"):
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)):
+        raise InputError.of("threads", "a whole number", threads, "leave it out for all cores")
+    if not 1 <= threads <= MOST_THREADS:
+        rule = f"from 1 to {MOST_THREADS}"
+        raise InputError.of("threads", rule, int(threads), "leave it out for all cores")
+    return int(threads)
+
+
+@contextmanager
+def _bar(wanted: bool, label: str, total: float | None) -> Iterator[Callable[[float], None] | None]:
+    """Show a progress bar on stderr, and give the function that moves it."""
+    if not wanted:
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as bar:
+        task = bar.add_task(label, total=total)
+        yield lambda done: bar.update(task, completed=done)
+        # A run may end before its time limit, and a generator has no length.
+        bar.update(task, total=1, completed=1)
+
+
+def _samples_between_records(outlines: object) -> int:
+    interval = RECORDING_INTERVAL if isinstance(outlines, bool) else outlines
+    if not (isinstance(interval, (int, float)) and math.isfinite(interval) and interval > 0):
+        raise InputError.of(
+            "outlines",
+            "True, False or a positive, finite interval in t0",
+            outlines,
+            f"use True to record every {RECORDING_INTERVAL} t0",
+        )
+    return max(1, math.ceil(interval / SAMPLE_INTERVAL - 1e-9))
+
+
+def _require_parameters(name: str, value: object) -> None:
+    if not isinstance(value, Parameters):
+        advice = "build it with pinchoff.Parameters(...)"
+        raise InputError.of(name, "a Parameters", value, advice)
+
+
+def _require_iterable(parameters: object) -> None:
+    # A model is iterable itself, over its fields: one alone must not pass for a collection.
+    if isinstance(parameters, Parameters) or not isinstance(parameters, Iterable):
+        advice = "put them into a list"
+        raise InputError.of("parameters", "an iterable of Parameters", parameters, advice)
+
+
+def _require_flow(flow: object) -> None:
+    if not isinstance(flow, Flow):
+        advice = "build it with pinchoff.flow.stokes, uniform or sampled"
+        raise InputError.of("flow", "a flow", flow, advice)
+
+
+def _flow_around(circles: Floats) -> Flow:
+    if not len(circles):
+        advice = "pass one, such as pinchoff.flow.uniform()"
+        raise InputError.of("flow", "given when there is no obstacle", None, advice)
+    x, y, radius = circles[0].tolist()
+    return _core.StokesFlow(radius, x, y)
+
+
+def _obstacles(parameters: Parameters, obstacles: ArrayLike | None) -> Floats:
+    if obstacles is None:
+        return np.array([[0.0, 0.0, parameters.obstacle_radius]])
+    return _circles("obstacles", obstacles, "[x, y, radius]")
+
+
+def _droplets(parameters: Parameters, droplets: ArrayLike | None, obstacles: Floats) -> Floats:
+    if droplets is None:
+        starts = np.array([[-parameters.start_distance, parameters.offset, 1.0]])
+    else:
+        starts = _circles("droplets", droplets, "[x, y, diameter]")
+    if not len(starts):
+        raise InputError.of("droplets", "at least one", "none", "give [x, y, diameter]")
+    discs = starts * [1.0, 1.0, 0.5]
+    for i, disc in enumerate(discs):
+        for other in (*obstacles, *discs[:i]):
+            if math.hypot(*(disc[:2] - other[:2])) <= disc[2] + other[2]:
+                raise InputError.of(
+                    f"droplets[{i}]",
+                    "clear of every obstacle and of the other droplets at the start",
+                    starts[i].tolist(),
+                    f"move it away from ({other[0]:g}, {other[1]:g})",
+                )
+    return starts
+
+
+def _circles(name: str, values: ArrayLike, row: str) -> Floats:
+    advice = f"give {row} for each, in D0"
+    try:
+        circles = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError.of(name, "an array of numbers", values, advice) from None
+    if circles.size == 0:
+        return np.empty((0, 3))
+    if circles.ndim != 2 or circles.shape[1] != 3:
+        raise InputError.of(name, "of shape (n, 3)", f"shape {circles.shape}", advice)
+    sound = np.isfinite(circles).all(axis=1) & (circles[:, 2] > 0)
+    if not sound.all():
+        first = int(np.argmin(sound))
+        rule = "finite, and the last number positive"
+        raise InputError.of(f"{name}[{first}]", rule, circles[first].tolist(), advice)
+    return circles

@@ -1,0 +1,420 @@
+"""Parameters refuse what is wrong, say so in one form, and keep what is right."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pint
+import pytest
+
+import pinchoff as po
+from pinchoff import _core
+from pinchoff.parameters import CA_PER_CA_SIM, preset_description, preset_names
+
+NUMBERS = (
+    "size_ratio",
+    "simulation_capillary_number",
+    "offset",
+    "vertex_count",
+    "line_tension",
+    "edge_stiffness",
+    "area_stiffness",
+    "wall_stiffness",
+    "start_distance",
+    "time_step",
+    "time_limit",
+    "neck_thickness",
+    "neck_separation",
+)
+HUGE = pytest.param(10**400, id="huge")
+SCALE = {
+    "diameter_um": 481.0,
+    "speed_mm_s": 1.0,
+    "obstacle_radius_um": 85.0,
+    "thickness_um": 85.0,
+    "viscosity_mPa_s": 48.0,
+    "surface_tension_mN_m": 20.0,
+}
+
+
+def write(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# Single values
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, -1e300, HUGE])
+def test_number_without_sense_is_refused_by_name(refused, name, value):
+    refused(name, po.Parameters, **{name: value})
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", [True, "wide", [1.0], {}, 1j, b"\xff"])
+def test_what_is_no_number_is_refused_by_name(refused, name, value):
+    refused(name, po.Parameters, **{name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "inside", "outside"),
+    [
+        ("size_ratio", 0.5, 0.0),
+        ("size_ratio", 100, 101),
+        ("simulation_capillary_number", 1e-3, 0.0),
+        ("offset", -5, -5.01),
+        ("vertex_count", 16, 15),
+        ("vertex_count", 1024, 1025),
+        ("vertex_count", 64, 64.5),
+        ("line_tension", 20, -20),
+        ("edge_stiffness", 1e-6, 0),
+        ("area_stiffness", 1e4, -1),
+        ("wall_stiffness", 100, 0),
+        ("start_distance", 0.93, 0.92),  # 1/5.66 + 0.75 = 0.9267
+        ("time_step", 1e-4, 0),
+        ("time_step", "auto", "fast"),
+        ("time_limit", 1, 0),
+        ("neck_thickness", 0, -0.1),
+        ("neck_separation", 0.49, 0.5),
+        ("neck_separation_unit", "diameter", "radius"),
+        ("follow_daughters", False, "perhaps"),
+    ],
+)
+def test_range_ends_where_it_says(refused, name, inside, outside):
+    size = {"start_distance": 10.0} if name == "size_ratio" else {}
+    assert getattr(po.Parameters(**size, **{name: inside}), name) == inside
+    error = refused(name, po.Parameters, **size, **{name: outside})
+    assert error.got == repr(outside) or float(error.got) == outside
+
+
+def test_longest_separation_depends_on_its_unit(refused):
+    po.Parameters(neck_separation=0.6, neck_separation_unit="diameter")
+    refused("neck_separation", po.Parameters, neck_separation=0.6)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        ("size_ration", "size_ratio"),
+        ("capillary_number", "simulation_capillary_number"),
+        ("vertexcount", "vertex_count"),
+        ("neck_seperation", "neck_separation"),
+        ("Offset", "offset"),
+    ],
+)
+def test_misspelt_name_suggests_the_nearest(refused, wrong, right):
+    assert f"'{right}'" in refused(wrong, po.Parameters, **{wrong: 1.0}).advice
+
+
+def test_foreign_name_lists_the_known(refused):
+    assert "vertex_count" in refused("zzz", po.Parameters, zzz=1).advice
+
+
+def test_numpy_numbers_are_numbers():
+    p = po.Parameters(offset=np.float32(0.25), vertex_count=np.int64(48), line_tension=np.int8(60))
+    assert p == po.Parameters(offset=0.25, vertex_count=48, line_tension=60)
+
+
+def test_none_is_the_default():
+    assert po.Parameters(offset=None, area_stiffness=None, scale=None) == po.Parameters()
+
+
+def test_input_error_is_a_value_error_and_survives_pickling(refused):
+    error = refused("offset", po.Parameters, offset=99)
+    copy = pickle.loads(pickle.dumps(error))
+    assert isinstance(copy, ValueError)
+    assert (str(copy), copy.argument, copy.exit_code) == (str(error), "offset", 2)
+
+
+# The object
+
+
+def test_stiffnesses_follow_the_line_tension_until_given():
+    p = po.Parameters(line_tension=40)
+    assert (p.area_stiffness, p.wall_stiffness) == (1e5, 200)
+    assert p.replace(line_tension=20).area_stiffness == 5e4
+    assert p.replace(area_stiffness=3e5).replace(line_tension=20).area_stiffness == 3e5
+    assert p.replace(area_stiffness=3e5).replace(area_stiffness=None) == p
+
+
+def test_groups():
+    p = po.Parameters(size_ratio=4, simulation_capillary_number=30, line_tension=50)
+    assert p.obstacle_radius == 0.25
+    assert p.capillary_number == pytest.approx(30 * 9.8e-5, rel=1e-15)
+    assert p.normalized_area == pytest.approx(4 * math.pi, rel=1e-15)
+    assert p.normalized_thickness == 1
+    assert p.drag == 1500
+
+
+def test_parameters_stay_as_made(refused):
+    p = po.Parameters()
+    refused("offset", setattr, p, "offset", 0.5)
+    assert p.offset == po.Parameters().offset
+    refused("offset", p.replace, offset=math.nan)
+    refused("offset", p.model_copy, update={"offset": math.nan})
+
+
+def test_parameters_survive_pickling_and_hash():
+    p = po.Parameters(offset=0.3, scale=None)
+    copy = pickle.loads(pickle.dumps(p))
+    assert copy == p
+    assert hash(copy) == hash(p)
+    assert copy.replace(line_tension=20).area_stiffness == 5e4
+
+
+def test_model_row_holds_every_field_in_the_core_s_units():
+    p = po.Parameters(
+        size_ratio=4,
+        simulation_capillary_number=30,
+        line_tension=50,
+        edge_stiffness=2,
+        neck_separation=0.3,
+        neck_separation_unit="diameter",
+        follow_daughters=False,
+        time_step=1e-5,
+    )
+    row = dict(zip(_core.MODEL_FIELDS, p.model_row(), strict=True))
+    assert np.isfinite(p.model_row()).all()
+    assert row["obstacle_radius"] == 0.25
+    assert row["drag"] == 1500
+    assert row["edge_stiffness"] == 100  # k_l = k̃_l γ_2D/D0
+    assert row["area_stiffness"] == 125000
+    assert row["wall_stiffness"] == 250
+    assert row["neck_separation_in_diameters"] == 1
+    assert row["stop_at_breakup"] == 1
+    assert row["time_step"] == 1e-5
+
+
+def test_unstable_time_step_is_refused_with_the_limit(refused):
+    p = po.Parameters()
+    error = refused("time_step", p.replace(time_step=0.1).model_row)
+    limit = float(error.rule.split()[2].rstrip(","))
+    assert p.effective_time_step < limit
+    p.replace(time_step=0.99 * limit).model_row()
+    refused("time_step", p.replace(time_step=1.01 * limit).model_row)
+
+
+def test_automatic_time_step_shrinks_with_stiffness():
+    p = po.Parameters()
+    assert p.replace(area_stiffness=100 * p.area_stiffness).effective_time_step < (
+        p.effective_time_step
+    )
+    assert p.replace(time_step=1e-5).effective_time_step == 1e-5
+
+
+# Physical quantities
+
+
+def test_physical_quantities_become_groups_and_come_back(experiment):
+    p = po.Parameters.from_physical(**experiment)
+    assert p.size_ratio == pytest.approx(481 / 85, rel=1e-12)
+    assert p.capillary_number == pytest.approx(48e-3 * 1e-3 / 20e-3, rel=1e-12)
+    assert p.simulation_capillary_number == pytest.approx(2.4e-3 / CA_PER_CA_SIM, rel=1e-12)
+    assert p.offset == pytest.approx(20 / 481, rel=1e-12)
+    assert p.scale is not None
+    assert p.scale.model_dump() == pytest.approx(SCALE, rel=1e-12)
+    assert p.scale.time_unit_s == pytest.approx(0.481, rel=1e-12)
+    again = po.Parameters.from_physical(
+        diameter=f"{p.scale.diameter_um} um",
+        obstacle_radius=f"{p.scale.obstacle_radius_um} um",
+        speed=f"{p.scale.speed_mm_s} mm/s",
+        viscosity=f"{p.scale.viscosity_mPa_s} mPa s",
+        surface_tension=f"{p.scale.surface_tension_mN_m} mN/m",
+        thickness=f"{p.scale.thickness_um} um",
+        offset=f"{p.offset * p.scale.diameter_um} um",
+    )
+    assert again.model_dump(exclude={"offset"}) == p.model_dump(exclude={"offset"})
+    assert again.offset == pytest.approx(p.offset, rel=1e-12)
+
+
+def test_units_do_not_matter(experiment):
+    other = {
+        "diameter": "0.481 mm",
+        "obstacle_radius": "8.5e-5 m",
+        "speed": "3.6 m/hour",
+        "viscosity": "48 cP",
+        "surface_tension": "20 dyn/cm",
+        "thickness": "85 µm",
+        "offset": "20000 nm",
+    }
+    ours, theirs = (po.Parameters.from_physical(**each) for each in (experiment, other))
+    for name in ("size_ratio", "simulation_capillary_number", "offset"):
+        assert getattr(ours, name) == pytest.approx(getattr(theirs, name), rel=1e-12)
+
+
+def test_pint_quantities_are_taken_from_any_registry(experiment):
+    registry = pint.UnitRegistry()
+    quantities = {name: registry.Quantity(text) for name, text in experiment.items()}
+    assert po.Parameters.from_physical(**quantities) == po.Parameters.from_physical(**experiment)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("diameter", "481"),
+        ("diameter", 481),
+        ("diameter", None),
+        ("diameter", ""),
+        ("diameter", "481 umm"),
+        ("diameter", "481 um)"),
+        ("diameter", "1/0 um"),
+        ("diameter", "481 s"),
+        ("diameter", "481 um^2"),
+        ("diameter", "20 °C"),
+        ("diameter", "nan um"),
+        ("diameter", "1e400 um"),
+        ("diameter", "0 um"),
+        ("diameter", "-481 um"),
+        ("obstacle_radius", "85 um/s"),
+        ("obstacle_radius", "0 um"),
+        ("speed", "1 mm"),
+        ("speed", "-1 mm/s"),
+        ("viscosity", "50 cSt"),
+        ("viscosity", "inf Pa s"),
+        ("surface_tension", "20 mN"),
+        ("thickness", "85"),
+        ("offset", "20 mm/s"),
+        ("offset", "nan um"),
+    ],
+)
+def test_wrong_quantity_is_refused_by_name(refused, experiment, name, value):
+    refused(name, po.Parameters.from_physical, **{**experiment, name: value})
+
+
+def test_offset_may_be_negative_or_missing(experiment):
+    left_out = {name: value for name, value in experiment.items() if name != "offset"}
+    assert po.Parameters.from_physical(**left_out).offset == 0
+    assert po.Parameters.from_physical(**left_out, offset="-20 um").offset < 0
+
+
+@pytest.mark.parametrize("thickness", ["87 um", "83 um"])
+def test_thickness_that_cannot_act_is_warned_of(experiment, thickness):
+    with pytest.warns(UserWarning, match="thickness does not act") as caught:
+        p = po.Parameters.from_physical(**{**experiment, "thickness": thickness})
+    assert caught[0].filename == __file__
+    assert p.normalized_thickness == 1
+
+
+def test_thickness_near_the_radius_passes_silently(experiment):
+    po.Parameters.from_physical(**{**experiment, "thickness": "85.5 um"})
+
+
+@pytest.mark.parametrize("name", ["size_ratio", "simulation_capillary_number", "scale"])
+def test_group_beside_physical_quantities_is_refused(refused, experiment, name):
+    refused(name, po.Parameters.from_physical, **experiment, **{name: 5.0})
+
+
+def test_scale_and_groups_must_agree(refused, experiment):
+    p = po.Parameters.from_physical(**experiment)
+    assert p.replace(offset=0.2).scale == p.scale
+    refused("size_ratio", p.replace, size_ratio=5)
+    refused("simulation_capillary_number", p.replace, simulation_capillary_number=5)
+    assert p.replace(size_ratio=5, scale=None).scale is None
+
+
+def test_scale_is_checked(refused):
+    refused(
+        "surface_tension_mN_m",
+        po.PhysicalScale,
+        diameter_um=1.0,
+        **{name: 1.0 for name in SCALE if name not in ("diameter_um", "surface_tension_mN_m")},
+    )
+    refused("speed_mm_s", po.PhysicalScale, **{**SCALE, "speed_mm_s": math.nan})
+    refused("scale.speed_mm_s", po.Parameters, scale={**SCALE, "speed_mm_s": -1})
+    refused("scale", po.Parameters, scale=3)
+
+
+# Presets
+
+
+def test_presets_are_documented_and_sound():
+    assert preset_names()[0] == "default"
+    for name in preset_names():
+        assert len(preset_description(name)) > 20
+        po.Parameters.preset(name).model_row()
+
+
+def test_presets_differ_as_they_say():
+    default = po.Parameters.preset("default")
+    assert default == po.Parameters()
+    assert po.Parameters.preset("paper-step") == default.replace(time_step=1e-4)
+    literal = po.Parameters.preset("literal-separation", offset=0.2)
+    assert literal == default.replace(neck_separation_unit="diameter", offset=0.2)
+
+
+@pytest.mark.parametrize("name", ["defualt", "", 3, None, ["default"]])
+def test_unknown_preset_is_refused(refused, name):
+    refused("preset", po.Parameters.preset, name)
+
+
+def test_misspelt_preset_suggests_the_nearest(refused):
+    assert "'paper-step'" in refused("preset", po.Parameters.preset, "paper_step").advice
+
+
+# TOML
+
+
+def test_toml_gives_the_same_as_the_constructor(tmp_path):
+    path = write(tmp_path / "c.toml", 'offset = 0.1\nvertex_count = 96\npreset = "paper-step"\n')
+    assert po.Parameters.from_toml(path) == po.Parameters(
+        offset=0.1, vertex_count=96, time_step=1e-4
+    )
+    assert po.Parameters.from_toml(str(write(tmp_path / "empty.toml", ""))) == po.Parameters()
+
+
+def test_toml_takes_physical_quantities_beside_constants(tmp_path, experiment):
+    lines = [f'{name} = "{value}"' for name, value in experiment.items()]
+    text = "\n".join(["line_tension = 60", "[physical]", *lines])
+    expected = po.Parameters.from_physical(**experiment, line_tension=60)
+    assert po.Parameters.from_toml(write(tmp_path / "c.toml", text)) == expected
+
+
+@pytest.mark.parametrize(
+    ("argument", "text"),
+    [
+        ("size_ration", "size_ration = 5"),
+        ("physicl", "[physicl]\ndiameter = '481 um'"),
+        ("offset", "offset = nan"),
+        ("offset", "offset = -inf"),
+        ("offset", "offset = '20 um'"),
+        ("offset", "offset = true"),
+        ("vertex_count", "vertex_count = 8"),
+        ("time_step", "time_step = 1979-05-27"),
+        ("preset", "preset = 'unheard-of'"),
+        ("preset", "preset = 3"),
+        ("physical", "physical = 3"),
+        ("physical.diametre", "[physical]\ndiametre = '481 um'"),
+        ("physical.diameter", "[physical]\nspeed = '1 mm/s'"),
+        ("physical.diameter", "[physical]\ndiameter = 481.0"),
+        ("size_ratio", "size_ratio = 5\n[physical]\ndiameter = '481 um'"),
+        ("offset", "offset = 0\n[physical]\ndiameter = '481 um'"),
+    ],
+)
+def test_wrong_key_in_toml_is_refused_by_name(refused, tmp_path, argument, text):
+    refused(argument, po.Parameters.from_toml, write(tmp_path / "c.toml", text))
+
+
+def test_misspelt_key_in_toml_suggests_the_nearest(refused, tmp_path):
+    path = write(tmp_path / "c.toml", "[physicl]")
+    assert "'physical'" in refused("physicl", po.Parameters.from_toml, path).advice
+    path = write(tmp_path / "c.toml", "[physical]\nviscocity = '1 Pa s'")
+    assert "'viscosity'" in refused("physical.viscocity", po.Parameters.from_toml, path).advice
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"offset = ", b"offset = 1\noffset = 2", b"\xff\xfe", b"a = " + b"9" * 5000, b"\x00"],
+)
+def test_what_is_not_toml_is_refused(refused, tmp_path, content):
+    path = tmp_path / "c.toml"
+    path.write_bytes(content)
+    refused(str(path), po.Parameters.from_toml, path)
+
+
+def test_unreadable_file_is_refused(refused, tmp_path):
+    refused(str(tmp_path / "absent.toml"), po.Parameters.from_toml, tmp_path / "absent.toml")
+    refused(str(tmp_path), po.Parameters.from_toml, tmp_path)
