@@ -20,7 +20,7 @@ PY := src tests benchmarks examples
 .PHONY: demo test test-slow bench bench-quick lint format clean
 
 demo: $(VENV)/package.stamp
-	$(BIN)/pinchoff run --out demo
+	$(BIN)/pinchoff run --out demo --overwrite
 
 test: $(VENV)/test.stamp
 	$(BIN)/python -m pytest -m "not slow"

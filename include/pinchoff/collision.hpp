@@ -1,8 +1,8 @@
 // Droplets and obstacles from the start to the outcome.
 //
 // Time advances in blocks of steps. Before a block every droplet is looked over, exactly: guards,
-// first contact, the neck. The look also gives a displacement below which no event can happen and no
-// contact list can become incomplete. The block is as long as the present speeds suggest; the
+// first contact, the neck. The look also gives a displacement below which no event can happen and
+// no contact list can become incomplete. The block is as long as the present speeds suggest; the
 // vertices' path over it is summed as it runs, and a block on which the path went beyond the bound
 // is undone and repeated at half the length, down to a single step. So every event is found at the
 // very step at which it happens, though most steps are not looked at.
@@ -123,16 +123,19 @@ private:
         std::vector<Vec2> r(count), v(count, Vec2{0, 0});
         // An edge, not a vertex, faces the obstacle.
         for (int i = 0; i < count; ++i)
-            r[i] = {s.x + radius * std::cos((i + 0.5) * angle), s.y + radius * std::sin((i + 0.5) * angle)};
+            r[i] = {s.x + radius * std::cos((i + 0.5) * angle),
+                    s.y + radius * std::sin((i + 0.5) * angle)};
         add({r, v}, area, 0, {});
     }
 
     /// Vertices for a droplet of this diameter at the spacing of the reference droplet.
     int vertex_count(double diameter) const {
-        return std::max(kLeastVertices, static_cast<int>(std::lround(model_.vertex_count * diameter)));
+        return std::max(kLeastVertices,
+                        static_cast<int>(std::lround(model_.vertex_count * diameter)));
     }
 
-    int add(const Shape& shape, double rest_area, int generation, const std::vector<int>& contacted) {
+    int add(const Shape& shape, double rest_area, int generation,
+            const std::vector<int>& contacted) {
         droplets_.emplace_back(model_, rest_area, shape.r, shape.v);
         droplets_.back().id = next_id_++;
         droplets_.back().generation = generation;
@@ -143,18 +146,23 @@ private:
     Scene scene() {
         rings_.clear();
         for (const Droplet& d : droplets_) rings_.push_back(d.ring);
-        return {rings_.data(), static_cast<int>(rings_.size()), flow_,
-                lists_.walls.data(), static_cast<int>(lists_.walls.size()),
-                lists_.touches.data(), static_cast<int>(lists_.touches.size())};
+        return {rings_.data(),
+                static_cast<int>(rings_.size()),
+                flow_,
+                lists_.walls.data(),
+                static_cast<int>(lists_.walls.size()),
+                lists_.touches.data(),
+                static_cast<int>(lists_.touches.size())};
     }
 
     void shift_velocities(double time) { kernels_.shift_velocities(scene(), time); }
 
-    /// After a break-up, divide the time step by the least whole number that makes it stable for the
-    /// daughters too; and set what depends on the step.
+    /// After a break-up, divide the time step by the least whole number that makes it stable for
+    /// the daughters too; and set what depends on the step.
     void renew_steps() {
         double stable = std::numeric_limits<double>::infinity();
-        for (const Droplet& d : droplets_) stable = std::min(stable, 0.8 * stable_time_step(d.ring));
+        for (const Droplet& d : droplets_)
+            stable = std::min(stable, 0.8 * stable_time_step(d.ring));
         if (!breakups_.empty() && stable < time_step_) {
             const long parts = static_cast<long>(std::ceil(time_step_ / stable));
             time_step_ /= parts;
@@ -198,12 +206,13 @@ private:
             kernels_.survey(d.ring, s);
             rate = std::max({rate, s.speed / budget.absolute, s.relative_speed / budget.relative});
         }
-        // A little less than the present speeds allow, so that a speeding droplet seldom costs a redo.
+        // A little less than the present speeds allow, so that a speeding droplet seldom costs a
+        // redo.
         return static_cast<long>(std::min(0.7 / (rate * time_step_), 1e6));
     }
 
-    /// Whether the path of every vertex over the last block stayed within the budget. The path is at
-    /// most Δt √(n Σ|v|²) by Cauchy's inequality.
+    /// Whether the path of every vertex over the last block stayed within the budget. The path is
+    /// at most Δt √(n Σ|v|²) by Cauchy's inequality.
     bool within(const Budget& budget, long steps) const {
         for (const Droplet& d : droplets_) {
             const double relative = time_step_ * std::sqrt(steps * largest_path(d.ring));

@@ -22,8 +22,8 @@ struct ContactLists {
     }
 };
 
-/// Margin, in D0, of the list of vertices near an obstacle; at most a quarter of its radius, so that
-/// nothing passes through an obstacle between two looks.
+/// Margin, in D0, of the list of vertices near an obstacle; at most a quarter of its radius, so
+/// that nothing passes through an obstacle between two looks.
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
 
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
@@ -65,14 +65,15 @@ inline double gap(const Box& a, const Box& b) {
 
 /// Whether an edge is too near a vertex along the outline to count as its far side.
 inline bool adjacent(const Ring& ring, int vertex, int edge) {
-    const int ahead = (edge - vertex + ring.count) % ring.count;  // edges from the vertex to this one
+    const int ahead =
+        (edge - vertex + ring.count) % ring.count;  // edges from the vertex to this one
     return ahead < kApart || ahead >= ring.count - kApart;
 }
 
-/// Lists one vertex of droplet a with the edges of droplet b within a distance, in runs without gaps.
-/// Returns how deep it is inside b, or zero.
-inline double list_vertex(ContactLists& lists, const Ring& a, int index_a, int vertex, const Ring& b, int index_b,
-                          double within) {
+/// Lists one vertex of droplet a with the edges of droplet b within a distance, in runs without
+/// gaps. Returns how deep it is inside b, or zero.
+inline double list_vertex(ContactLists& lists, const Ring& a, int index_a, int vertex,
+                          const Ring& b, int index_b, double within) {
     const Vec2 r{a.x[vertex], a.y[vertex]};
     const int n = b.count;
     const auto near = [&](int k) {
@@ -95,7 +96,8 @@ inline double list_vertex(ContactLists& lists, const Ring& a, int index_a, int v
     return -deepest;
 }
 
-/// Lists the vertices of droplet a near edges of droplet b. Returns how deep any of them is inside b.
+/// Lists the vertices of droplet a near edges of droplet b. Returns how deep any of them is inside
+/// b.
 inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet& a, int index_a,
                            Droplet& b, int index_b, double within) {
     const Box box = bounding_box(b.ring);
@@ -104,7 +106,8 @@ inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet&
         const double x = a.ring.x[i], y = a.ring.y[i];
         if (gap({x, x, y, y}, box) > within) continue;
         if (kernels.edge_distance2(b.ring, x, y) > within * within) continue;
-        deepest = std::max(deepest, list_vertex(lists, a.ring, index_a, i, b.ring, index_b, within));
+        deepest =
+            std::max(deepest, list_vertex(lists, a.ring, index_a, i, b.ring, index_b, within));
         a.ring.pushed = b.ring.pushed = true;
     }
     return deepest;
@@ -122,9 +125,10 @@ inline bool near_far_side(const Ring& ring, int vertex, double within) {
     return near > 0;
 }
 
-/// Lists the vertices of a droplet near the far side of its own outline. `reach` is a distance from a
-/// vertex of the far side that covers `within` of any edge.
-inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double within, double reach) {
+/// Lists the vertices of a droplet near the far side of its own outline. `reach` is a distance from
+/// a vertex of the far side that covers `within` of any edge.
+inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double within,
+                           double reach) {
     for (int i = 0; i < d.ring.count; ++i) {
         if (!near_far_side(d.ring, i, reach)) continue;
         list_vertex(lists, d.ring, index, i, d.ring, index, within);

@@ -30,11 +30,13 @@ public:
     /// springs and viscosity belong to the liquids and stay. The two numerical penalties are scaled
     /// so that a small droplet is as incompressible under its Laplace pressure as the large one
     /// (k_a ∝ D⁻³) and its vertices bounce off the wall at the same frequency (ε_w ∝ m l_eq²).
-    Droplet(const Model& model, double rest_area, std::span<const Vec2> r, std::span<const Vec2> v) {
+    Droplet(const Model& model, double rest_area, std::span<const Vec2> r,
+            std::span<const Vec2> v) {
         const int count = static_cast<int>(r.size());
         allocate(count);
         const double reference_count = model.vertex_count;
-        const double reference_length = pinchoff::rest_length(kReferenceArea, static_cast<int>(reference_count));
+        const double reference_length =
+            pinchoff::rest_length(kReferenceArea, static_cast<int>(reference_count));
         ring.mass = rest_area / kReferenceArea;
         ring.diameter = std::sqrt(ring.mass);
         ring.rest_area = rest_area;
@@ -44,7 +46,8 @@ public:
         ring.area_stiffness = model.area_stiffness / (ring.mass * ring.diameter);
         const double vertex_mass_ratio = ring.mass * reference_count / count;
         const double length_ratio = ring.rest_length / reference_length;
-        ring.wall_stiffness = model.wall_stiffness * vertex_mass_ratio * length_ratio * length_ratio;
+        ring.wall_stiffness =
+            model.wall_stiffness * vertex_mass_ratio * length_ratio * length_ratio;
         ring.drag_rate = model.drag * ring.diameter / ring.mass;
         ring.mobility = count / (model.drag * ring.diameter);
         for (int i = 0; i < count; ++i) {
@@ -61,7 +64,9 @@ public:
         }
     }
 
-    bool has_met(int obstacle) const { return std::ranges::find(contacted, obstacle) != contacted.end(); }
+    bool has_met(int obstacle) const {
+        return std::ranges::find(contacted, obstacle) != contacted.end();
+    }
     void meet(int obstacle) { contacted.push_back(obstacle); }
 
     std::vector<Vec2> positions() const { return copy(ring.x, ring.y); }
@@ -95,7 +100,8 @@ private:
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
         const std::size_t total = 13 * stride + static_cast<std::size_t>(neck_work_size(count));
-        storage_.reset(static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
+        storage_.reset(
+            static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;

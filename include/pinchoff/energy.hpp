@@ -20,7 +20,8 @@ struct TermForces {
 };
 
 /// Adds the energies of one droplet, U = U_s + U_w [paper, eqs. shape, U_γ, U_w, U].
-inline void add_energies(Energies& sum, const Droplet& droplet, const std::vector<Obstacle>& obstacles) {
+inline void add_energies(Energies& sum, const Droplet& droplet,
+                         const std::vector<Obstacle>& obstacles) {
     const Ring& ring = droplet.ring;
     const std::vector<Vec2> r = droplet.positions();
     sum.area += area_energy(signed_area(r), ring.rest_area, ring.area_stiffness);
@@ -31,7 +32,8 @@ inline void add_energies(Energies& sum, const Droplet& droplet, const std::vecto
         sum.line_tension += line_tension_energy(length, ring.line_tension);
         for (const Obstacle& o : obstacles) {
             const Vec2 from = r[i] - Vec2{o.x, o.y};
-            sum.wall += contact_energy(std::sqrt(dot(from, from)) - o.radius, ring.rest_length, ring.wall_stiffness);
+            sum.wall += contact_energy(std::sqrt(dot(from, from)) - o.radius, ring.rest_length,
+                                       ring.wall_stiffness);
         }
     }
 }
@@ -46,7 +48,8 @@ inline TermForces term_forces(const Droplet& droplet, const std::vector<Obstacle
     for (int i = 0; i < n; ++i) {
         const Vec2 before = r[(i + n - 1) % n], here = r[i], after = r[(i + 1) % n];
         const Vec2 in = here - before, out = after - here;
-        const double in_inverse = 1.0 / std::sqrt(dot(in, in)), out_inverse = 1.0 / std::sqrt(dot(out, out));
+        const double in_inverse = 1.0 / std::sqrt(dot(in, in)),
+                     out_inverse = 1.0 / std::sqrt(dot(out, out));
         f.area.push_back(pressure_force(before, after, p));
         f.edges.push_back(edge_pull(out_inverse, ring.rest_length, ring.edge_spring) * out -
                           edge_pull(in_inverse, ring.rest_length, ring.edge_spring) * in);
@@ -56,7 +59,9 @@ inline TermForces term_forces(const Droplet& droplet, const std::vector<Obstacle
         for (const Obstacle& o : obstacles) {
             const Vec2 from = here - Vec2{o.x, o.y};
             const double distance = std::sqrt(dot(from, from));
-            wall = wall + contact_force(distance - o.radius, ring.rest_length, ring.wall_stiffness) / distance * from;
+            wall =
+                wall + contact_force(distance - o.radius, ring.rest_length, ring.wall_stiffness) /
+                           distance * from;
         }
         f.wall.push_back(wall);
     }

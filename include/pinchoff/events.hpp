@@ -34,11 +34,13 @@ inline bool Collision::sound(Droplet& d, const Survey& s) {
     if (!(std::fabs(area_error) <= kAreaLimit)) return raise(Guard::area, area_error), false;
     if (flow_.kind == FlowKind::sampled) {
         const Box box = bounding_box(d.ring);
-        const double outside = std::max({flow_.x0 - box.left, box.right - flow_.x0 - (flow_.nx - 1) * flow_.dx,
-                                         flow_.y0 - box.bottom, box.top - flow_.y0 - (flow_.ny - 1) * flow_.dy});
+        const double outside =
+            std::max({flow_.x0 - box.left, box.right - flow_.x0 - (flow_.nx - 1) * flow_.dx,
+                      flow_.y0 - box.bottom, box.top - flow_.y0 - (flow_.ny - 1) * flow_.dy});
         if (outside > 0.0) return raise(Guard::flow_domain, outside), false;
     }
-    if (step_ % (kCrossingSamples * sample_steps_) == 0 && kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+    if (step_ % (kCrossingSamples * sample_steps_) == 0 &&
+        kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
         return raise(Guard::self_intersection, d.id), false;
     return true;
 }
@@ -48,7 +50,8 @@ inline bool Collision::sound(Droplet& d, const Survey& s) {
 inline double Collision::watch_neck(Droplet& d, const Survey& s) {
     const double threshold = model_.neck_thickness * d.ring.diameter;
     const Separation separation{separation_.fraction, separation_.length * d.ring.diameter};
-    const NeckScan scan = kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
+    const NeckScan scan =
+        kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
     if (d.generation == 0 && !contacts_.empty()) {
         minimum_neck_ = std::min(minimum_neck_, std::sqrt(scan.thickness2));
         maximum_shape_ = std::max(maximum_shape_, s.perimeter * s.perimeter / (4.0 * kPi * s.area));
@@ -58,8 +61,8 @@ inline double Collision::watch_neck(Droplet& d, const Survey& s) {
     return std::max(scan.budget, 0.0);
 }
 
-/// Build the contact lists of the coming block and note first contacts. Returns how far vertices may
-/// move while the lists stay complete and no new contact begins.
+/// Build the contact lists of the coming block and note first contacts. Returns how far vertices
+/// may move while the lists stay complete and no new contact begins.
 inline double Collision::list_contacts() {
     double allowed = 1.0;
     lists_.clear();
@@ -71,13 +74,15 @@ inline double Collision::list_contacts() {
         for (int o = 0; o < static_cast<int>(obstacles_.size()); ++o) {
             const Obstacle& obstacle = obstacles_[o];
             kernels_.chunk_distance2(d.ring, obstacle.x, obstacle.y, distance2_.data());
-            const double nearest = std::sqrt(*std::min_element(distance2_.begin(), distance2_.end()));
+            const double nearest =
+                std::sqrt(*std::min_element(distance2_.begin(), distance2_.end()));
             const double gap = nearest - obstacle.radius - 0.5 * d.ring.rest_length;
             if (gap < wall_margin(obstacle) && !clear_of(d, obstacle, nearest)) return allowed;
             const bool met = d.has_met(o);
             if (!met && gap < 0.0) new_contact_.push_back({i, o});
-            allowed = std::min(allowed, met || gap < 0.0 ? list_wall(lists_, d, i, obstacle, distance2_.data())
-                                                         : gap);
+            allowed = std::min(allowed, met || gap < 0.0
+                                            ? list_wall(lists_, d, i, obstacle, distance2_.data())
+                                            : gap);
         }
     }
     return std::min(allowed, list_pairs());
@@ -85,14 +90,16 @@ inline double Collision::list_contacts() {
 
 /// The guard on an obstacle that enters a droplet, by a vertex or between two of them.
 inline bool Collision::clear_of(const Droplet& d, const Obstacle& o, double nearest_vertex) {
-    const double nearest = std::min(nearest_vertex, std::sqrt(kernels_.edge_distance2(d.ring, o.x, o.y)));
+    const double nearest =
+        std::min(nearest_vertex, std::sqrt(kernels_.edge_distance2(d.ring, o.x, o.y)));
     const double depth = 1.0 - nearest / o.radius;
     if (depth <= kPenetrationLimit) return true;
     raise(Guard::penetration, depth);
     return false;
 }
 
-/// List the contacts of droplets with each other and with themselves; returns how far vertices may move while they are complete.
+/// List the contacts of droplets with each other and with themselves; returns how far vertices may
+/// move while they are complete.
 inline double Collision::list_pairs() {
     double allowed = 1.0;
     for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
@@ -116,11 +123,14 @@ inline double Collision::list_pairs() {
     return allowed;
 }
 
-/// List the parts of one droplet so thin that its sides repel; returns how far vertices may move while
-/// the list is complete. A vertex within reach of an edge is within reach of a vertex half an edge on.
+/// List the parts of one droplet so thin that its sides repel; returns how far vertices may move
+/// while the list is complete. A vertex within reach of an edge is within reach of a vertex half an
+/// edge on.
 inline double Collision::list_own(Droplet& d, int index) {
-    const double l = d.ring.rest_length, range = 0.5 * touch_of(d.ring, d.ring).length, margin = 0.25 * l;
-    const double reach = std::hypot(range, l) + 2.0 * margin;  // longer edges are left to the guard on crossings
+    const double l = d.ring.rest_length, range = 0.5 * touch_of(d.ring, d.ring).length,
+                 margin = 0.25 * l;
+    const double reach =
+        std::hypot(range, l) + 2.0 * margin;  // longer edges are left to the guard on crossings
     if (d.thinnest > reach) return margin + 0.5 * (d.thinnest - reach);
     list_own_sides(lists_, d, index, range + 2.0 * margin, reach);
     return margin;
@@ -132,11 +142,13 @@ inline void Collision::record_contacts() {
         Droplet& d = droplets_[i];
         const std::vector<Vec2> r = d.positions(), v = synchronized_velocities(i);
         const Vec2 velocity = mean(v), centre{obstacles_[o].x, obstacles_[o].y};
-        contacts_.push_back({time(), d.id, o, symmetry(r, centre, velocity), impact_parameter(r, centre, velocity),
+        contacts_.push_back({time(), d.id, o, symmetry(r, centre, velocity),
+                             impact_parameter(r, centre, velocity),
                              std::sqrt(dot(velocity, velocity)), signed_area(r), shape_parameter(r),
                              centroid(r), velocity, centroid_velocity(r, v)});
         d.meet(o);
-        if (kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count)) raise(Guard::self_intersection, d.id);
+        if (kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+            raise(Guard::self_intersection, d.id);
     }
 }
 
@@ -158,7 +170,8 @@ inline void Collision::break_up(std::size_t index) {
     const Droplet parent = std::move(droplets_[index]);
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
     const Shape whole{parent.positions(), parent.velocities()};
-    const Neck neck = find_neck(whole.r, {separation_.fraction, separation_.length * parent.ring.diameter});
+    const Neck neck =
+        find_neck(whole.r, {separation_.fraction, separation_.length * parent.ring.diameter});
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
@@ -172,7 +185,12 @@ inline void Collision::break_up(std::size_t index) {
         momentum = momentum + rest[k] / parent.ring.rest_area * mean(daughters[k].v);
     }
     const Vec2 correction = mean(whole.v) - momentum;
-    BreakupEvent event{time(), parent.id, parent.generation, {0, 0}, {areas[0], areas[1]}, neck.thickness,
+    BreakupEvent event{time(),
+                       parent.id,
+                       parent.generation,
+                       {0, 0},
+                       {areas[0], areas[1]},
+                       neck.thickness,
                        {point_on(whole.r, line.first), point_on(whole.r, line.second)}};
     for (int k = 0; k < 2; ++k) {
         for (Vec2& v : daughters[k].v) v = v + correction;
@@ -195,9 +213,11 @@ inline Energies Collision::energies() {
     for (const Droplet& d : droplets_) add_energies(sum, d, obstacles_);
     for (const DropletContact& c : lists_.touches) {
         const Ring &a = droplets_[c.ring].ring, &b = droplets_[c.other].ring;
-        const Nearest near = nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
+        const Nearest near =
+            nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
         const Touch touch = touch_of(a, b);
-        sum.touch += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance, touch.length, touch.stiffness);
+        sum.touch += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance,
+                                    touch.length, touch.stiffness);
     }
     return sum;
 }
@@ -249,7 +269,8 @@ inline Result Collision::result() const {
     }
     r.breakup_count = static_cast<double>(breakups_.size());
     r.generations = 0;
-    for (const BreakupEvent& b : breakups_) r.generations = std::max(r.generations, b.generation + 1.0);
+    for (const BreakupEvent& b : breakups_)
+        r.generations = std::max(r.generations, b.generation + 1.0);
     r.droplet_count = static_cast<double>(droplets_.size());
     r.end_time = time();
     r.steps = static_cast<double>(total_steps_);

@@ -46,8 +46,8 @@ struct SampledFlow {
     double x0, y0, inverse_dx, inverse_dy;
 
     PINCHOFF_HD explicit SampledFlow(const Flow& f)
-        : u(f.u), v(f.v), nx(f.nx), ny(f.ny), x0(f.x0), y0(f.y0),
-          inverse_dx(1.0 / f.dx), inverse_dy(1.0 / f.dy) {}
+        : u(f.u), v(f.v), nx(f.nx), ny(f.ny), x0(f.x0), y0(f.y0), inverse_dx(1.0 / f.dx),
+          inverse_dy(1.0 / f.dy) {}
 
     /// Weights of the four nodes around a point a fraction t past the second of them.
     PINCHOFF_HD static void weights(double t, double w[4]) {

@@ -57,7 +57,9 @@ PINCHOFF_HD inline double contact_force(double distance, double rest_length, dou
 }
 
 /// Fraction by which drag at rate ζ brings a velocity to its final value within a time.
-inline double relaxed_fraction(double drag_rate, double time) { return -std::expm1(-drag_rate * time); }
+inline double relaxed_fraction(double drag_rate, double time) {
+    return -std::expm1(-drag_rate * time);
+}
 
 /// Velocity after a time over which drag and a constant force act [paper, eq. drag_force and
 /// eq. of motion]: it relaxes towards v_f + F N_v/(μ D0) by the fraction `relax`, exactly.

@@ -42,8 +42,9 @@ PINCHOFF_HD inline Vec2 operator*(double s, Vec2 a) { return {s * a.x, s * a.y};
 PINCHOFF_HD inline double dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
 PINCHOFF_HD inline double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 
-/// As many numbers side by side as a register of this instruction set holds, for sums and extremes over
-/// an array. Comparisons with a number that is not finite behave as they do for single numbers.
+/// As many numbers side by side as a register of this instruction set holds, for sums and extremes
+/// over an array. Comparisons with a number that is not finite behave as they do for single
+/// numbers.
 #if defined(__AVX512F__)
 inline constexpr int kWidth = 8;
 #elif defined(__AVX__)
@@ -85,11 +86,11 @@ inline double most(Lanes a) {
 /// the square of the argument. Written with integer operations that AVX2 has for 64-bit lanes,
 /// since the vector libraries that compilers call need flags that also remove NaN checks.
 PINCHOFF_HD inline double natural_log(double x) {
-    constexpr std::uint64_t kRootHalf = 0x3fe6a09e667f3bcdULL;   // bits of 1/√2
-    constexpr std::uint64_t kOne = 0x3ff0000000000000ULL;        // bits of 1
+    constexpr std::uint64_t kRootHalf = 0x3fe6a09e667f3bcdULL;  // bits of 1/√2
+    constexpr std::uint64_t kOne = 0x3ff0000000000000ULL;       // bits of 1
     constexpr std::uint64_t kMantissa = 0x000fffffffffffffULL;
-    constexpr std::uint64_t kTwo52 = 0x4330000000000000ULL;      // bits of 2^52
-    constexpr double kLn2High = 0x1.62e42fefa3800p-1;            // k * kLn2High is exact
+    constexpr std::uint64_t kTwo52 = 0x4330000000000000ULL;  // bits of 2^52
+    constexpr double kLn2High = 0x1.62e42fefa3800p-1;        // k * kLn2High is exact
     constexpr double kLn2Low = 0x1.ef35793c76730p-45;
     const std::uint64_t shifted = std::bit_cast<std::uint64_t>(x) + (kOne - kRootHalf);
     const double k = std::bit_cast<double>((shifted >> 52) | kTwo52) - (0x1p52 + 1023.0);

@@ -14,22 +14,22 @@ inline constexpr double kPi = 3.14159265358979323846;
 inline constexpr double kReferenceArea = 0.25 * kPi;
 
 /// Every input, in units D0 = v_f∞ = M = 1.
-#define PINCHOFF_MODEL_FIELDS(FIELD) \
-    FIELD(obstacle_radius)           \
-    FIELD(drag)                      \
-    FIELD(line_tension)              \
-    FIELD(edge_stiffness)            \
-    FIELD(area_stiffness)            \
-    FIELD(wall_stiffness)            \
-    FIELD(offset)                    \
-    FIELD(start_distance)            \
-    FIELD(vertex_count)              \
-    FIELD(time_step)                 \
-    FIELD(time_limit)                \
-    FIELD(neck_thickness)            \
-    FIELD(neck_separation)           \
+#define PINCHOFF_MODEL_FIELDS(FIELD)    \
+    FIELD(obstacle_radius)              \
+    FIELD(drag)                         \
+    FIELD(line_tension)                 \
+    FIELD(edge_stiffness)               \
+    FIELD(area_stiffness)               \
+    FIELD(wall_stiffness)               \
+    FIELD(offset)                       \
+    FIELD(start_distance)               \
+    FIELD(vertex_count)                 \
+    FIELD(time_step)                    \
+    FIELD(time_limit)                   \
+    FIELD(neck_thickness)               \
+    FIELD(neck_separation)              \
     FIELD(neck_separation_in_diameters) \
-    FIELD(sample_interval)           \
+    FIELD(sample_interval)              \
     FIELD(stop_at_breakup)
 
 /// Every output; not a number where the event did not happen.

@@ -10,10 +10,10 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
-/// Writes an outline of `count` vertices over and over into arrays of `size`, with the arc length from
-/// vertex 0; returns the perimeter.
-inline double repeat_outline(const double* x, const double* y, int count, double* xx, double* yy, double* arc,
-                             int size) {
+/// Writes an outline of `count` vertices over and over into arrays of `size`, with the arc length
+/// from vertex 0; returns the perimeter.
+inline double repeat_outline(const double* x, const double* y, int count, double* xx, double* yy,
+                             double* arc, int size) {
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < count; ++i) {
         const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
@@ -39,11 +39,11 @@ inline double repeat_outline(const double* x, const double* y, int count, double
 /// common translation, before an admissible chord can be thinner than `threshold`.
 ///
 /// Say every vertex moves by at most δ. A chord then shortens by at most 2δ. An arc of k edges out
-/// of N, compared with a threshold f P + c, gains at most 2δ [k (1 - f) + (N - k) f]. A pair can only
-/// become a neck when its chord has shortened to the threshold and both its arcs have grown past
-/// theirs, so its own budget is the largest of the three δ that this takes, and the outline's is the
-/// smallest budget of any pair. Square roots are avoided by the secant of r(r²) below a cap, which
-/// lies below it.
+/// of N, compared with a threshold f P + c, gains at most 2δ [k (1 - f) + (N - k) f]. A pair can
+/// only become a neck when its chord has shortened to the threshold and both its arcs have grown
+/// past theirs, so its own budget is the largest of the three δ that this takes, and the outline's
+/// is the smallest budget of any pair. Square roots are avoided by the secant of r(r²) below a cap,
+/// which lies below it.
 ///
 /// x, y: (count + 1), the last repeats the first; work: room for neck_work_size(count) numbers.
 inline NeckScan scan_neck(const double* x, const double* y, int count, Separation separation,
@@ -57,21 +57,25 @@ inline NeckScan scan_neck(const double* x, const double* y, int count, Separatio
     const double least_arc = separation.fraction * perimeter + separation.length;
     const double cap = 3.0 * threshold, cap2 = cap * cap, threshold2 = threshold * threshold;
     const double slope = 0.5 / (cap + threshold), f = separation.fraction;
-    Lanes thinnest2 = Lanes{} + kNone, nearest2 = thinnest2, budget = Lanes{} + 0.5 * (cap - threshold);
+    Lanes thinnest2 = Lanes{} + kNone, nearest2 = thinnest2,
+          budget = Lanes{} + 0.5 * (cap - threshold);
     for (int k = 1; k <= count / 2; ++k) {
         const double inverse_forward = 0.5 / (k * (1.0 - f) + (count - k) * f);
         const double inverse_backward = 0.5 / ((count - k) * (1.0 - f) + k * f);
         Lanes shortest2 = Lanes{} + kNone;
-        for (int i = 0; i < count; i += kWidth) {  // the last lanes may pass the last vertex: it repeats
+        for (int i = 0; i < count;
+             i += kWidth) {  // the last lanes may pass the last vertex: it repeats
             const Lanes dx = load(xx + i + k) - load(xx + i), dy = load(yy + i + k) - load(yy + i);
             const Lanes r2 = dx * dx + dy * dy;
             const Lanes forward = load(arc + i + k) - load(arc + i);
-            const Lanes lack_forward = least_arc - forward, lack_backward = least_arc - (perimeter - forward);
+            const Lanes lack_forward = least_arc - forward,
+                        lack_backward = least_arc - (perimeter - forward);
             const Lanes lack = larger(lack_forward, lack_backward);
             thinnest2 = smaller(lack < 0.0 ? r2 : Lanes{} + kNone, thinnest2);
             shortest2 = smaller(r2, shortest2);
             const Lanes chord = slope * (smaller(r2, Lanes{} + cap2) - threshold2);
-            const Lanes arcs = larger(lack_forward * inverse_forward, lack_backward * inverse_backward);
+            const Lanes arcs =
+                larger(lack_forward * inverse_forward, lack_backward * inverse_backward);
             budget = smaller(larger(chord, arcs), budget);
         }
         if (k >= kApart) nearest2 = smaller(shortest2, nearest2);

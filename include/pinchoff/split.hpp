@@ -26,7 +26,8 @@ inline Neck find_neck(Outline r, Separation separation) {
         const Vec2 e = next_vertex(r, i) - r[i];
         arc[i + 1] = arc[i] + std::sqrt(dot(e, e));
     }
-    const double perimeter = arc[n], least_arc = separation.fraction * perimeter + separation.length;
+    const double perimeter = arc[n],
+                 least_arc = separation.fraction * perimeter + separation.length;
     const auto shorter_arc = [&](std::size_t i, std::size_t j) {
         const double s = arc[j] - arc[i];
         return std::min(s, perimeter - s);
@@ -42,7 +43,8 @@ inline Neck find_neck(Outline r, Separation separation) {
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t j = i + 1; j < n; ++j) {
             const double s = shorter_arc(i, j);
-            if (s > least_arc && chord2(i, j) <= least2 * (1.0 + 2e-6) && s > longest * (1.0 + 1e-9)) {
+            if (s > least_arc && chord2(i, j) <= least2 * (1.0 + 2e-6) &&
+                s > longest * (1.0 + 1e-9)) {
                 longest = s;
                 neck = {std::sqrt(chord2(i, j)), static_cast<int>(i), static_cast<int>(j)};
             }
@@ -68,8 +70,8 @@ Vec2 point_on(const Values& at_vertices, OutlinePoint p) {
 }
 
 /// Where between the vertices the neck is thinnest: the lowest point of the parabola through the
-/// neck's chord and the two that lie one vertex to either side along both its arcs. Two equally thin
-/// chords, as a head-on collision has, so give the line midway between them.
+/// neck's chord and the two that lie one vertex to either side along both its arcs. Two equally
+/// thin chords, as a head-on collision has, so give the line midway between them.
 inline Cut place_cut(Outline r, const Neck& neck) {
     const int n = static_cast<int>(r.size());
     const auto thickness = [&](int shift) {
@@ -78,7 +80,8 @@ inline Cut place_cut(Outline r, const Neck& neck) {
     };
     const double before = thickness(-1), here = thickness(0), after = thickness(1);
     const double curvature = before - 2.0 * here + after;
-    const double limit = 1e-9 * here;  // a neighbour thinner than the neck is one that is not admissible
+    const double limit =
+        1e-9 * here;  // a neighbour thinner than the neck is one that is not admissible
     const bool lowest = before >= here - limit && after >= here - limit && curvature > 0.0;
     const double shift = lowest ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0.0;
     if (shift >= 0.0) return {{neck.first, shift}, {(neck.second - 1 + n) % n, 1.0 - shift}};
@@ -102,7 +105,8 @@ inline Shape part_between(const Shape& s, OutlinePoint from, OutlinePoint to) {
     part.add(point_on(s.r, from), point_on(s.v, from));
     for (int i = (from.edge + 1) % n;; i = (i + 1) % n) {
         // A cut through a vertex must not leave that vertex there twice.
-        const bool doubled = (i == (from.edge + 1) % n && from.fraction == 1.0) || (i == to.edge && to.fraction == 0.0);
+        const bool doubled = (i == (from.edge + 1) % n && from.fraction == 1.0) ||
+                             (i == to.edge && to.fraction == 0.0);
         if (!doubled) part.add(s.r[i], s.v[i]);
         if (i == to.edge) break;
     }

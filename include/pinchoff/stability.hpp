@@ -51,11 +51,12 @@ inline constexpr double kStepSafety = 0.9;
 /// 0.3 % of its value at Δt = 1e-4 t0.
 inline constexpr double kLongestStep = 5e-4;
 
-/// The automatic step: stable for a droplet drawn out round an obstacle with all stiffnesses acting at
-/// once, and short enough for S and the outcome.
+/// The automatic step: stable for a droplet drawn out round an obstacle with all stiffnesses acting
+/// at once, and short enough for S and the outcome.
 inline double auto_time_step(const Ring& ring) {
     const Stiffness s = stiffness(ring, kStretch * ring.rest_length * ring.count);
-    return std::min(kLongestStep, kStepSafety * stable_step(s.edges + s.wall + s.area, ring.drag_rate));
+    return std::min(kLongestStep,
+                    kStepSafety * stable_step(s.edges + s.wall + s.area, ring.drag_rate));
 }
 
 }  // namespace pinchoff

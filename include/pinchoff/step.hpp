@@ -2,8 +2,9 @@
 //
 // With ζ = μ D0/M the equation of motion of a vertex is dv/dt = F(r)/m + ζ (v_f(r) - v). Velocities
 // live half a step before positions. Over one step, with the position-dependent part frozen at its
-// middle, v relaxes by 1 - exp(-ζ Δt) towards v_f + F/(m ζ), then r moves by Δt v. That is symmetric
-// about the position, so second order for any ζ Δt, and without drag it is velocity Verlet.
+// middle, v relaxes by 1 - exp(-ζ Δt) towards v_f + F/(m ζ), then r moves by Δt v. That is
+// symmetric about the position, so second order for any ζ Δt, and without drag it is velocity
+// Verlet.
 #pragma once
 
 #include <algorithm>
@@ -146,24 +147,24 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     return best;
 }
 
-/// How a vertex of ring a and an edge of ring b repel: the potential of the wall, with another length
-/// in place of l_eq and another stiffness.
+/// How a vertex of ring a and an edge of ring b repel: the potential of the wall, with another
+/// length in place of l_eq and another stiffness.
 struct Touch {
     double length, stiffness;
 };
 
-/// Between droplets: their mean vertex spacing and γ times it, so that a vertex on the other's outline
-/// is pushed with 2γ, more than line tension and pressure press it there with, yet so gently that
-/// the two halves of a cut, which start in touch, do not jolt apart. Between two sides of one droplet,
-/// which meet only where it has thinned far below any neck: as hard as the wall.
+/// Between droplets: their mean vertex spacing and γ times it, so that a vertex on the other's
+/// outline is pushed with 2γ, more than line tension and pressure press it there with, yet so
+/// gently that the two halves of a cut, which start in touch, do not jolt apart. Between two sides
+/// of one droplet, which meet only where it has thinned far below any neck: as hard as the wall.
 inline Touch touch_of(const Ring& a, const Ring& b) {
     if (&a == &b) return {a.rest_length, a.wall_stiffness};
     return {0.5 * (a.rest_length + b.rest_length),
             0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length)};
 }
 
-/// Force on a vertex of ring a from the nearest point of ring b. Another droplet is pushed out of, one's
-/// own far side is pushed away from, on whichever side of it the vertex is.
+/// Force on a vertex of ring a from the nearest point of ring b. Another droplet is pushed out of,
+/// one's own far side is pushed away from, on whichever side of it the vertex is.
 inline Vec2 touch_force(const Ring& a, const Ring& b, const Nearest& near) {
     const Touch touch = touch_of(a, b);
     if (&a != &b) return contact_force(near.distance, touch.length, touch.stiffness) * near.normal;
@@ -171,9 +172,9 @@ inline Vec2 touch_force(const Ring& a, const Ring& b, const Nearest& near) {
     return (near.distance < 0.0 ? -f : f) * near.normal;
 }
 
-/// Repulsion of the listed vertices from other droplets and from the far side of their own, with the
-/// reaction on the edge's two ends. The only scatter there is: few vertices touch, and the list's order
-/// fixes the order of the sums.
+/// Repulsion of the listed vertices from other droplets and from the far side of their own, with
+/// the reaction on the edge's two ends. The only scatter there is: few vertices touch, and the
+/// list's order fixes the order of the sums.
 inline void push_droplets_apart(const Scene& scene) {
     for (int c = 0; c < scene.touch_count; ++c) {
         const DropletContact& touch = scene.touches[c];

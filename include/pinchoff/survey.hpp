@@ -14,7 +14,8 @@ inline void survey(const Ring& ring, Survey& out) {
     double tail_area = 0, perimeter = 0;
     const int whole = ring.count / kLanes * kLanes;
     for (int i = 0; i < ring.padded; i += kWidth) {
-        const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x, dv = v - ring.drift_y;
+        const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x,
+                    dv = v - ring.drift_y;
         speed2 = larger(u * u + v * v, speed2);
         relative2 = larger(du * du + dv * dv, relative2);
         reach += load(x + i) * load(x + i) + load(y + i) * load(y + i);
@@ -25,8 +26,8 @@ inline void survey(const Ring& ring, Survey& out) {
         const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
         perimeter += std::sqrt(ex * ex + ey * ey);
     }
-    out = {0.5 * (sum(area) + tail_area), perimeter, std::sqrt(most(speed2)), std::sqrt(most(relative2)),
-           std::sqrt(sum(reach))};
+    out = {0.5 * (sum(area) + tail_area), perimeter, std::sqrt(most(speed2)),
+           std::sqrt(most(relative2)), std::sqrt(sum(reach))};
 }
 
 /// Square of the distance from a point to the nearest vertex of every chunk: out (padded/kLanes).

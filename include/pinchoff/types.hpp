@@ -1,7 +1,7 @@
 // The plain data that crosses from the collision to the compiled kernels.
 //
-// No type here has member functions: the kernels are compiled several times, once for each instruction
-// set, and a function shared between those objects could be linked from the wrong one.
+// No type here has member functions: the kernels are compiled several times, once for each
+// instruction set, and a function shared between those objects could be linked from the wrong one.
 #pragma once
 
 #include <cstdint>
@@ -24,13 +24,13 @@ enum class FlowKind : std::int32_t { stokes, uniform, sampled };
 /// The undisturbed fluid velocity as a function of position, in units of v_f∞ and D0.
 struct Flow {
     FlowKind kind = FlowKind::stokes;
-    double x = 0, y = 0, radius = 0;   // stokes: the cylinder
-    double vx = 0, vy = 0;             // uniform: the velocity; stokes: vx is v_f∞
-    double x0 = 0, y0 = 0;             // sampled: position of the first node
-    double dx = 1, dy = 1;             // sampled: node spacing
-    int nx = 0, ny = 0;                // sampled: nodes along x and y
-    const double* u = nullptr;         // sampled: (ny, nx) x-velocity at the nodes
-    const double* v = nullptr;         // sampled: (ny, nx) y-velocity at the nodes
+    double x = 0, y = 0, radius = 0;  // stokes: the cylinder
+    double vx = 0, vy = 0;            // uniform: the velocity; stokes: vx is v_f∞
+    double x0 = 0, y0 = 0;            // sampled: position of the first node
+    double dx = 1, dy = 1;            // sampled: node spacing
+    int nx = 0, ny = 0;               // sampled: nodes along x and y
+    const double* u = nullptr;        // sampled: (ny, nx) x-velocity at the nodes
+    const double* v = nullptr;        // sampled: (ny, nx) y-velocity at the nodes
 };
 
 /// One droplet as the kernels see it: structure of arrays with ghost vertices at both ends.
@@ -40,30 +40,30 @@ struct Flow {
 /// `count` to `padded` repeat the first ones, so that no loop wraps or branches.
 struct Ring {
     int count = 0, padded = 0;
-    double* x = nullptr;        // (padded) position, D0
+    double* x = nullptr;  // (padded) position, D0
     double* y = nullptr;
-    double* vx = nullptr;       // (padded) velocity half a step behind the position, v_f∞
+    double* vx = nullptr;  // (padded) velocity half a step behind the position, v_f∞
     double* vy = nullptr;
-    double* pull_x = nullptr;   // (padded) tension of edge i, which joins vertices i and i + 1
+    double* pull_x = nullptr;  // (padded) tension of edge i, which joins vertices i and i + 1
     double* pull_y = nullptr;
-    double* push_x = nullptr;   // (padded) contact force on vertex i; zero where there is none
+    double* push_x = nullptr;  // (padded) contact force on vertex i; zero where there is none
     double* push_y = nullptr;
-    double* path = nullptr;     // (padded) sum of |v - v_drift|² over the steps of a block
+    double* path = nullptr;  // (padded) sum of |v - v_drift|² over the steps of a block
 
-    double mass = 1;            // M
-    double diameter = 1;        // D0 of this droplet
-    double rest_area = 0;       // A_eq
-    double rest_length = 0;     // l_eq
-    double line_tension = 0;    // γ_2D
-    double edge_spring = 0;     // k_l N_v
-    double area_stiffness = 0;  // k_a
-    double wall_stiffness = 0;  // ε_w
-    double drag_rate = 0;       // μ D0 / M, the rate at which drag alone stops the droplet
-    double mobility = 0;        // N_v / (μ D0), drift speed of a vertex per unit force
-    double relax = 0;           // 1 - exp(-drag_rate Δt)
+    double mass = 1;                  // M
+    double diameter = 1;              // D0 of this droplet
+    double rest_area = 0;             // A_eq
+    double rest_length = 0;           // l_eq
+    double line_tension = 0;          // γ_2D
+    double edge_spring = 0;           // k_l N_v
+    double area_stiffness = 0;        // k_a
+    double wall_stiffness = 0;        // ε_w
+    double drag_rate = 0;             // μ D0 / M, the rate at which drag alone stops the droplet
+    double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
+    double relax = 0;                 // 1 - exp(-drag_rate Δt)
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
 
-    bool pushed = false;        // whether push_x, push_y take part in this block
+    bool pushed = false;  // whether push_x, push_y take part in this block
 };
 
 /// Vertices [first, last) of one droplet that may feel one obstacle; both are multiples of kLanes.
@@ -90,18 +90,19 @@ struct Scene {
 
 /// What one look over the chords of an outline gives (neck.hpp).
 struct NeckScan {
-    double thickness2;  // square of the thinnest admissible chord; infinite where none is admissible
-    double budget;      // vertex displacement below which no admissible chord can pass `threshold`
-    double nearest2;    // square of the shortest chord between vertices kApart or more edges apart
+    double
+        thickness2;   // square of the thinnest admissible chord; infinite where none is admissible
+    double budget;    // vertex displacement below which no admissible chord can pass `threshold`
+    double nearest2;  // square of the shortest chord between vertices kApart or more edges apart
 };
 
 /// What one look over the vertices of a droplet gives.
 struct Survey {
-    double area;           // signed
+    double area;  // signed
     double perimeter;
-    double speed;          // largest |v_i|
-    double relative_speed; // largest |v_i - v_drift|
-    double reach;          // root of the sum of squared coordinates; not finite when one of them is not
+    double speed;           // largest |v_i|
+    double relative_speed;  // largest |v_i - v_drift|
+    double reach;  // root of the sum of squared coordinates; not finite when one of them is not
 };
 
 /// Room that a look at the neck needs.
@@ -129,7 +130,8 @@ struct Kernels {
     NeckScan (*scan_neck)(const double* x, const double* y, int count, Separation separation,
                           double threshold, double* work);
     bool (*self_intersects)(const double* x, const double* y, int count);
-    void (*flow_velocity)(const Flow&, const double* x, const double* y, double* u, double* v, int count);
+    void (*flow_velocity)(const Flow&, const double* x, const double* y, double* u, double* v,
+                          int count);
     void (*natural_log)(const double* in, double* out, int count);
 };
 

@@ -28,8 +28,9 @@ static Model model_of(const double* row) {
 
 static Model checked_model(Row row) {
     if (row.shape(0) != static_cast<std::size_t>(kModelFields))
-        throw nb::value_error("model must have one number for each of MODEL_FIELDS; got another length; "
-                              "use Parameters.model_row()");
+        throw nb::value_error(
+            "model must have one number for each of MODEL_FIELDS; got another length; "
+            "use Parameters.model_row()");
     return model_of(row.data());
 }
 
@@ -53,8 +54,9 @@ static FlowObject uniform_flow(double vx, double vy) {
 
 static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v) {
     if (u.shape(0) != v.shape(0) || u.shape(1) != v.shape(1) || u.shape(0) < 4 || u.shape(1) < 4)
-        throw nb::value_error("u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
-                              "sample both on one grid");
+        throw nb::value_error(
+            "u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
+            "sample both on one grid");
     FlowObject object;
     object.u.assign(u.data(), u.data() + u.size());
     object.v.assign(v.data(), v.data() + v.size());
@@ -78,7 +80,8 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
         x.push_back(p.x);
         y.push_back(p.y);
     }
-    best_kernels().flow_velocity(self.flow, x.data(), y.data(), u.data(), v.data(), static_cast<int>(r.size()));
+    best_kernels().flow_velocity(self.flow, x.data(), y.data(), u.data(), v.data(),
+                                 static_cast<int>(r.size()));
     std::vector<Vec2> out(r.size());
     for (std::size_t i = 0; i < r.size(); ++i) out[i] = {u[i], v[i]};
     return array_of(out);
@@ -99,14 +102,16 @@ struct System {
     Collision collision;
 };
 
-static void make_system(System* self, Row model, nb::object flow, Triples obstacles, Triples droplets) {
+static void make_system(System* self, Row model, nb::object flow, Triples obstacles,
+                        Triples droplets) {
     std::vector<Start> starts;
     for (std::size_t i = 0; i < droplets.shape(0); ++i) {
         const double* d = droplets.data() + 3 * i;
         starts.push_back({d[0], d[1], d[2]});
     }
     const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts, best_kernels())};
+    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts,
+                                      best_kernels())};
 }
 
 static nb::dict dict_of(const Energies& e) {
@@ -147,7 +152,8 @@ static nb::dict dict_of(const BreakupEvent& b) {
     d["daughter_ids"] = nb::make_tuple(b.daughters[0], b.daughters[1]);
     d["areas"] = nb::make_tuple(b.areas[0], b.areas[1]);
     d["neck_thickness"] = b.neck_thickness;
-    d["neck"] = nb::make_tuple(nb::make_tuple(b.ends[0].x, b.ends[0].y), nb::make_tuple(b.ends[1].x, b.ends[1].y));
+    d["neck"] = nb::make_tuple(nb::make_tuple(b.ends[0].x, b.ends[0].y),
+                               nb::make_tuple(b.ends[1].x, b.ends[1].y));
     return d;
 }
 
@@ -170,22 +176,27 @@ static nb::list outlines(System& self) {
 }
 
 /// One droplet of any shape at an instant, for looks at its forces.
-static Droplet droplet_of(const Model& model, Points positions, Points velocities, double diameter) {
-    if (positions.shape(0) < static_cast<std::size_t>(kLeastVertices) || velocities.shape(0) != positions.shape(0))
-        throw nb::value_error("positions and velocities must have the same shape (n, 2), n at least 16; got others; "
-                              "give one row for each vertex");
-    return Droplet(model, kReferenceArea * diameter * diameter, points_of(positions), points_of(velocities));
+static Droplet droplet_of(const Model& model, Points positions, Points velocities,
+                          double diameter) {
+    if (positions.shape(0) < static_cast<std::size_t>(kLeastVertices) ||
+        velocities.shape(0) != positions.shape(0))
+        throw nb::value_error(
+            "positions and velocities must have the same shape (n, 2), n at least 16; got others; "
+            "give one row for each vertex");
+    return Droplet(model, kReferenceArea * diameter * diameter, points_of(positions),
+                   points_of(velocities));
 }
 
 static nb::dict term_energies(Row model, Points positions, Triples obstacles, double diameter) {
     Energies e;
-    add_energies(e, droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
+    add_energies(e, droplet_of(checked_model(model), positions, positions, diameter),
+                 obstacles_of(obstacles));
     return dict_of(e);
 }
 
 static nb::dict term_forces_of(Row model, Points positions, Triples obstacles, double diameter) {
-    const TermForces f =
-        term_forces(droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
+    const TermForces f = term_forces(
+        droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
     nb::dict d;
     d["area"] = array_of(f.area);
     d["edges"] = array_of(f.edges);
@@ -196,8 +207,8 @@ static nb::dict term_forces_of(Row model, Points positions, Triples obstacles, d
 
 /// Acceleration as the time step computes it, forces and drag in one pass: v relaxes towards its
 /// final value at rate ζ, so a = ζ (v(τ) - v)/(1 - exp(-ζ τ)) for any τ.
-static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Points velocities, Triples obstacles,
-                           double diameter) {
+static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Points velocities,
+                           Triples obstacles, double diameter) {
     const Model model = checked_model(row);
     std::vector<Droplet> one;
     one.push_back(droplet_of(model, positions, velocities, diameter));
@@ -205,7 +216,8 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     ring.pushed = true;
     std::vector<WallContact> walls;
     for (const Obstacle& o : obstacles_of(obstacles)) walls.push_back({0, 0, ring.padded, o});
-    const Scene scene{&ring, 1, flow.flow, walls.data(), static_cast<int>(walls.size()), nullptr, 0};
+    const Scene scene{&ring,   1, flow.flow, walls.data(), static_cast<int>(walls.size()),
+                      nullptr, 0};
     const std::vector<Vec2> before = one[0].velocities();
     const double time = 1.0 / ring.drag_rate;
     best_kernels().shift_velocities(scene, time);
@@ -227,9 +239,12 @@ static Result run_one(const Model& model, const FlowObject* flow, const std::ato
 
 static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::object progress) {
     if (models.shape(1) != static_cast<std::size_t>(kModelFields))
-        throw nb::value_error("models must have one column for each of MODEL_FIELDS; got others; "
-                              "stack Parameters.model_row()");
-    if (threads < 1) throw nb::value_error("threads must be at least 1; got less; leave it out to use all cores");
+        throw nb::value_error(
+            "models must have one column for each of MODEL_FIELDS; got others; "
+            "stack Parameters.model_row()");
+    if (threads < 1)
+        throw nb::value_error(
+            "threads must be at least 1; got less; leave it out to use all cores");
     const std::size_t count = models.shape(0);
     const double* rows = models.data();
     std::vector<Result> results(count);
@@ -249,13 +264,16 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
     };
     {
         const nb::gil_scoped_release release;
-        run_jobs(count, std::min<std::size_t>(threads, std::max<std::size_t>(count, 1)),
-                 [&](std::size_t i, const std::atomic<bool>& stop) {
-                     results[i] = run_one(model_of(rows + i * kModelFields), flow, stop);
-                 }, watch);
+        run_jobs(
+            count, std::min<std::size_t>(threads, std::max<std::size_t>(count, 1)),
+            [&](std::size_t i, const std::atomic<bool>& stop) {
+                results[i] = run_one(model_of(rows + i * kModelFields), flow, stop);
+            },
+            watch);
     }
     if (interrupted) throw nb::python_error();
-    return matrix_of(count ? reinterpret_cast<const double*>(results.data()) : nullptr, count, kResultFields);
+    return matrix_of(count ? reinterpret_cast<const double*>(results.data()) : nullptr, count,
+                     kResultFields);
 }
 
 static nb::tuple tuple_of(const std::vector<const char*>& names) {
@@ -269,53 +287,79 @@ void bind_collision(nb::module_& m) {
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
-    m.attr("GUARDS") = tuple_of({"", "penetration", "overlap", "self_intersection", "area", "blow_up", "flow_domain"});
+    m.attr("GUARDS") = tuple_of(
+        {"", "penetration", "overlap", "self_intersection", "area", "blow_up", "flow_domain"});
 
-    nb::class_<FlowObject>(m, "Flow", "Fluid velocity as a function of position, in units of v_f∞ and D0.")
+    nb::class_<FlowObject>(m, "Flow",
+                           "Fluid velocity as a function of position, in units of v_f∞ and D0.")
         .def("velocity", &flow_velocity, "points"_a, "Velocity (n, 2) at points (n, 2).");
-    m.def("StokesFlow", [](double radius, double x, double y) { return FlowObject{stokes_flow(radius, x, y), {}, {}}; },
-          "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
+    m.def(
+        "StokesFlow",
+        [](double radius, double x, double y) {
+            return FlowObject{stokes_flow(radius, x, y), {}, {}};
+        },
+        "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
-          "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), interpolated bicubically.");
+          "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), "
+          "interpolated bicubically.");
 
-    nb::class_<System>(m, "System", "Droplets and obstacles in a flow, from the start to the outcome.")
+    nb::class_<System>(m, "System",
+                       "Droplets and obstacles in a flow, from the start to the outcome.")
         .def("__init__", &make_system, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a,
-             "model: one number for each of MODEL_FIELDS; obstacles: (M, 3) rows x, y, radius; droplets: (K, 3) rows x, y,\n"
+             "model: one number for each of MODEL_FIELDS; obstacles: (M, 3) rows x, y, radius; "
+             "droplets: (K, 3) rows x, y,\n"
              "diameter; all in D0.")
-        .def("advance", [](System& s, double time) { s.collision.advance(time); }, "time"_a,
-             nb::call_guard<nb::gil_scoped_release>(), "Run to the first sample at or after `time`, or to the end.")
+        .def(
+            "advance", [](System& s, double time) { s.collision.advance(time); }, "time"_a,
+            nb::call_guard<nb::gil_scoped_release>(),
+            "Run to the first sample at or after `time`, or to the end.")
         .def_prop_ro("finished", [](const System& s) { return s.collision.finished(); })
         .def_prop_ro("time", [](const System& s) { return s.collision.time(); })
-        .def("result", [](const System& s) {
-                 const Result r = s.collision.result();
-                 const double* fields = reinterpret_cast<const double*>(&r);
-                 return array_of(std::vector<double>(fields, fields + kResultFields));
-             }, "One number for each of RESULT_FIELDS.")
-        .def("outlines", &outlines, "List of (id, generation, positions (n, 2), velocities (n, 2)), one a droplet.")
-        .def("energies", [](System& s) { return dict_of(s.collision.energies()); }, "Energy by term, in M v_f∞².")
+        .def(
+            "result",
+            [](const System& s) {
+                const Result r = s.collision.result();
+                const double* fields = reinterpret_cast<const double*>(&r);
+                return array_of(std::vector<double>(fields, fields + kResultFields));
+            },
+            "One number for each of RESULT_FIELDS.")
+        .def("outlines", &outlines,
+             "List of (id, generation, positions (n, 2), velocities (n, 2)), one a droplet.")
+        .def(
+            "energies", [](System& s) { return dict_of(s.collision.energies()); },
+            "Energy by term, in M v_f∞².")
         .def("contacts", [](const System& s) { return list_of(s.collision.contacts()); })
         .def("breakups", [](const System& s) { return list_of(s.collision.breakups()); });
 
-    m.def("term_energies", &term_energies, "model"_a, "positions"_a, "obstacles"_a, "diameter"_a = 1.0,
-          "Energy by term of one droplet of any shape (n, 2), in M v_f∞².");
-    m.def("term_forces", &term_forces_of, "model"_a, "positions"_a, "obstacles"_a, "diameter"_a = 1.0,
+    m.def("term_energies", &term_energies, "model"_a, "positions"_a, "obstacles"_a,
+          "diameter"_a = 1.0, "Energy by term of one droplet of any shape (n, 2), in M v_f∞².");
+    m.def("term_forces", &term_forces_of, "model"_a, "positions"_a, "obstacles"_a,
+          "diameter"_a = 1.0,
           "Force by term on every vertex (n, 2) of one droplet of any shape, in M v_f∞²/D0.");
-    m.def("acceleration", &acceleration, "model"_a, "flow"_a, "positions"_a, "velocities"_a, "obstacles"_a,
-          "diameter"_a = 1.0, "Acceleration (n, 2) of the vertices as the time step computes it, drag included.");
+    m.def("acceleration", &acceleration, "model"_a, "flow"_a, "positions"_a, "velocities"_a,
+          "obstacles"_a, "diameter"_a = 1.0,
+          "Acceleration (n, 2) of the vertices as the time step computes it, drag included.");
 
     m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
-          "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, len(RESULT_FIELDS)).");
+          "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, "
+          "len(RESULT_FIELDS)).");
     const auto reference_ring = [](const Model& model) {
-        Collision c(model, stokes_flow(model.obstacle_radius, 0.0, 0.0), {}, {{-model.start_distance, 0.0, 1.0}},
-                    best_kernels());
+        Collision c(model, stokes_flow(model.obstacle_radius, 0.0, 0.0), {},
+                    {{-model.start_distance, 0.0, 1.0}}, best_kernels());
         return c.droplets().front().ring;
     };
-    m.def("stable_time_step", [=](Row model) { return stable_time_step(reference_ring(checked_model(model))); }, "model"_a,
-          "Largest stable time step of the model's undeformed droplet, in t0.");
-    m.def("auto_time_step", [=](Row model) { return auto_time_step(reference_ring(checked_model(model))); }, "model"_a,
-          "Time step with a margin for the deformed droplet and for accuracy, in t0.");
-    m.def("instruction_set", [] { return std::string(best_kernels().name); }, "Instruction set of the compiled loops.");
+    m.def(
+        "stable_time_step",
+        [=](Row model) { return stable_time_step(reference_ring(checked_model(model))); },
+        "model"_a, "Largest stable time step of the model's undeformed droplet, in t0.");
+    m.def(
+        "auto_time_step",
+        [=](Row model) { return auto_time_step(reference_ring(checked_model(model))); }, "model"_a,
+        "Time step with a margin for the deformed droplet and for accuracy, in t0.");
+    m.def(
+        "instruction_set", [] { return std::string(best_kernels().name); },
+        "Instruction set of the compiled loops.");
 }
 
 }  // namespace pinchoff

@@ -13,7 +13,8 @@
 namespace pinchoff {
 namespace PINCHOFF_ARCH {
 
-static void flow_velocity(const Flow& flow, const double* x, const double* y, double* u, double* v, int count) {
+static void flow_velocity(const Flow& flow, const double* x, const double* y, double* u, double* v,
+                          int count) {
     with_flow(flow, [&](const auto& f) {
         for (int i = 0; i < count; ++i) {
             const Vec2 velocity = f.at({x[i], y[i]});
@@ -31,15 +32,9 @@ static void natural_logs(const double* in, double* out, int count) {
 }  // namespace PINCHOFF_ARCH
 
 extern const Kernels PINCHOFF_JOIN(kernels_, PINCHOFF_ARCH) = {
-    PINCHOFF_QUOTE(PINCHOFF_ARCH),
-    PINCHOFF_ARCH::advance,
-    PINCHOFF_ARCH::shift_velocities,
-    PINCHOFF_ARCH::survey,
-    PINCHOFF_ARCH::chunk_distance2,
-    PINCHOFF_ARCH::edge_distance2,
-    PINCHOFF_ARCH::scan_neck,
-    PINCHOFF_ARCH::self_intersects,
-    PINCHOFF_ARCH::flow_velocity,
+    PINCHOFF_QUOTE(PINCHOFF_ARCH), PINCHOFF_ARCH::advance,         PINCHOFF_ARCH::shift_velocities,
+    PINCHOFF_ARCH::survey,         PINCHOFF_ARCH::chunk_distance2, PINCHOFF_ARCH::edge_distance2,
+    PINCHOFF_ARCH::scan_neck,      PINCHOFF_ARCH::self_intersects, PINCHOFF_ARCH::flow_velocity,
     PINCHOFF_ARCH::natural_logs,
 };
 

@@ -1,4 +1,5 @@
-// Independent jobs on several threads, with the calling thread free to report and to be interrupted.
+// Independent jobs on several threads, with the calling thread free to report and to be
+// interrupted.
 #pragma once
 
 #include <atomic>
@@ -11,10 +12,10 @@
 
 namespace pinchoff {
 
-/// Runs job(i, stop) for i in [0, count) on `threads` threads; a long job looks at `stop` now and then. The calling thread runs `watch(done)` ten
-/// times a second; when that returns false, `stop` is set and
-/// no further job starts. Rethrows the first exception of a
-/// job. Which thread runs which job never matters: a job sees its own index only.
+/// Runs job(i, stop) for i in [0, count) on `threads` threads; a long job looks at `stop` now and
+/// then. The calling thread runs `watch(done)` ten times a second; when that returns false, `stop`
+/// is set and no further job starts. Rethrows the first exception of a job. Which thread runs which
+/// job never matters: a job sees its own index only.
 template <class Job, class Watch>
 void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch) {
     std::atomic<std::size_t> next{0}, done{0};

@@ -40,7 +40,7 @@ AREA_STIFFNESS_PER_LINE_TENSION = 2500.0
 WALL_STIFFNESS_PER_LINE_TENSION = 1.25
 """Default of ε̃_w/γ̃: a stiffer wall forces a smaller time step."""
 
-SAMPLE_INTERVAL = 0.01
+SAMPLE_INTERVAL = 0.02
 """Time between two measurements of a run, t0. Recording happens at multiples of it."""
 
 TimeStep = Literal["auto"] | Annotated[Number, Field(ge=1e-7, le=0.1)]
@@ -378,7 +378,9 @@ class Parameters(Checked):
         row = np.array([constants[name] for name in _core.MODEL_FIELDS], dtype=np.float64)
         position = _core.MODEL_FIELDS.index("time_step")
         if self.time_step == "auto":
-            row[position] = _core.auto_time_step(row)
+            # A whole number of steps a sample, so that samples fall on round times.
+            steps = math.ceil(SAMPLE_INTERVAL / _core.auto_time_step(row))
+            row[position] = SAMPLE_INTERVAL / steps
         elif self.time_step > (limit := _core.stable_time_step(row)):
             raise InputError.of(
                 "time_step",

@@ -114,7 +114,7 @@ def test_same_collision_as_the_library(finished):
     assert report["results"] == json.loads(json.dumps(expected))
     assert report["preset"] == "default"
     assert report["units"]["contact_time"] == "t0"
-    assert report["derived"]["capillary_number"] == pytest.approx(9.8e-5 * 20)
+    assert report["derived"]["capillary_number"] == pytest.approx(9.8e-5 * 25)
 
 
 def test_json_goes_alone_to_stdout(tmp_path):

@@ -135,7 +135,7 @@ def test_input_error_is_a_value_error_and_survives_pickling(refused):
 
 def test_stiffnesses_follow_the_line_tension_until_given():
     p = po.Parameters(line_tension=40)
-    assert (p.area_stiffness, p.wall_stiffness) == (1e5, 200)
+    assert (p.area_stiffness, p.wall_stiffness) == (1e5, 50)
     assert p.replace(line_tension=20).area_stiffness == 5e4
     assert p.replace(area_stiffness=3e5).replace(line_tension=20).area_stiffness == 3e5
     assert p.replace(area_stiffness=3e5).replace(area_stiffness=None) == p
@@ -183,7 +183,7 @@ def test_model_row_holds_every_field_in_the_core_s_units():
     assert row["drag"] == 1500
     assert row["edge_stiffness"] == 100  # k_l = k̃_l γ_2D/D0
     assert row["area_stiffness"] == 125000
-    assert row["wall_stiffness"] == 250
+    assert row["wall_stiffness"] == 62.5
     assert row["neck_separation_in_diameters"] == 1
     assert row["stop_at_breakup"] == 1
     assert row["time_step"] == 1e-5

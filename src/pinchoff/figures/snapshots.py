@@ -273,14 +273,12 @@ def _draw_snapshot(
 
 def _draw_centreline(axes: Axes, outlines: Outlines) -> None:
     """Draw the line that divides the droplet at contact into the two areas of its symmetry."""
-    from pinchoff import _core
-
     contact = _first_contact(outlines)
     if contact is None:
         return
     droplet = outlines.outline(contact.outline)
     centre = outlines.obstacles[contact.obstacle, :2]
-    velocity = np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities))
+    velocity = droplet.velocities.mean(axis=0)  # of the mass, which sits on the vertices
     axes.axline(
         tuple(centre),
         tuple(centre + velocity),
