@@ -157,14 +157,13 @@ private:
 
     void shift_velocities(double time) { kernels_.shift_velocities(scene(), time); }
 
-    /// After a break-up, divide the time step by the least whole number that makes it stable for
+    /// After a break-up, divide the time step by the least whole number that makes it safe for
     /// the daughters too; and set what depends on the step.
     void renew_steps() {
-        double stable = std::numeric_limits<double>::infinity();
-        for (const Droplet& d : droplets_)
-            stable = std::min(stable, 0.8 * stable_time_step(d.ring));
-        if (!breakups_.empty() && stable < time_step_) {
-            const long parts = static_cast<long>(std::ceil(time_step_ / stable));
+        double safe = std::numeric_limits<double>::infinity();
+        for (const Droplet& d : droplets_) safe = std::min(safe, safe_time_step(d.ring));
+        if (!breakups_.empty() && safe < time_step_) {
+            const long parts = static_cast<long>(std::ceil(time_step_ / safe));
             time_step_ /= parts;
             step_ *= parts;
             sample_steps_ *= parts;
