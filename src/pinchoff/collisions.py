@@ -69,7 +69,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("reject_reason", "", "str", "why it is not; empty when accepted"),
     # First contact
     _measure("impact_parameter", "D0", "b at first contact"),
-    _measure("speed", "v_f∞", "speed of the droplet's centroid at first contact"),
+    _measure("speed", "v_f∞", "speed of the droplet's centre of mass at first contact"),
     _measure("contact_time", "t0", "time of the first contact"),
     _measure("contact_speed", "v_f∞", "the same as speed"),
     _measure("contact_area", "D0²", "area at first contact"),
@@ -94,7 +94,7 @@ COLUMNS: tuple[Column, ...] = (
     _measure("obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"),
     _measure("obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"),
     _measure("area_um2", "µm²", "area at first contact"),
-    _measure("speed_mm_s", "mm/s", "speed of the droplet's centroid at first contact"),
+    _measure("speed_mm_s", "mm/s", "speed of the droplet's centre of mass at first contact"),
     _measure("neck_um", "µm", "thinnest neck from first contact on"),
     _measure("obstacle_radius_um", "µm", "R"),
     _measure("thickness_um", "µm", "z of the chamber"),
