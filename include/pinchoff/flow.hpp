@@ -24,8 +24,8 @@ struct StokesFlow {
         const double q_over_r2 = 0.5 * (rho - 1.0) * inverse;
         const double u = -0.5 * natural_log(rho) + q_over_r2 * (x2 - y2);
         const double v = 2.0 * q_over_r2 * (dx * dy);
-        const double s = rho < 1.0 ? speed : 0.0;
-        return {s * u, s * v};
+        const bool outside = rho < 1.0;
+        return {outside ? speed * u : 0.0, outside ? speed * v : 0.0};
     }
 };
 

@@ -78,7 +78,7 @@ inline bool self_intersects(const double* x, const double* y, int count) {
             const Vec2 c{x[j], y[j]}, d{x[j + 1], y[j + 1]}, f = d - c;
             const double sides_of_ab = cross(e, c - a) * cross(e, d - a);
             const double sides_of_cd = cross(f, a - c) * cross(f, b - c);
-            crossings += (sides_of_ab < 0.0) & (sides_of_cd < 0.0) ? 1 : 0;
+            crossings += static_cast<int>(sides_of_ab < 0.0) & static_cast<int>(sides_of_cd < 0.0);
         }
         if (crossings > 0) return true;
     }

@@ -11,7 +11,7 @@
 #define PINCHOFF_QUOTE(a) PINCHOFF_QUOTE_(a)
 
 namespace pinchoff {
-namespace PINCHOFF_ARCH {
+inline namespace PINCHOFF_ARCH {
 
 static void flow_velocity(const Flow& flow, const double* x, const double* y, double* u, double* v,
                           int count) {

@@ -34,7 +34,7 @@ __all__ = [
     "preset_names",
 ]
 
-AREA_STIFFNESS_PER_LINE_TENSION = 2500.0
+AREA_STIFFNESS_PER_LINE_TENSION = 5000.0
 """Default of k̃_a/γ̃: keeps the area to 0.3 %."""
 
 WALL_STIFFNESS_PER_LINE_TENSION = 1.25
@@ -72,7 +72,7 @@ class Parameters(Checked):
     edge_stiffness : float
         k̃_l = k_l D0/γ_2D, dimensionless [paper, eq. shape].
     area_stiffness : float
-        k̃_a = k_a D0⁴/(M v_f∞²), dimensionless; by default 2500 γ̃.
+        k̃_a = k_a D0⁴/(M v_f∞²), dimensionless; by default 5000 γ̃.
     wall_stiffness : float
         ε̃_w = ε_w/(M v_f∞²), dimensionless; by default 1.25 γ̃.
     start_distance : float
@@ -126,7 +126,7 @@ class Parameters(Checked):
     area_stiffness: Number = number(
         1e-3,
         1e9,
-        "k̃_a, or leave it out for 2500 γ̃",
+        "k̃_a, or leave it out for 5000 γ̃",
         default_factory=lambda given: AREA_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
     )
     wall_stiffness: Number = number(

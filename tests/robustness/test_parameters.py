@@ -135,8 +135,8 @@ def test_input_error_is_a_value_error_and_survives_pickling(refused):
 
 def test_stiffnesses_follow_the_line_tension_until_given():
     p = po.Parameters(line_tension=40)
-    assert (p.area_stiffness, p.wall_stiffness) == (1e5, 50)
-    assert p.replace(line_tension=20).area_stiffness == 5e4
+    assert (p.area_stiffness, p.wall_stiffness) == (2e5, 50)
+    assert p.replace(line_tension=20).area_stiffness == 1e5
     assert p.replace(area_stiffness=3e5).replace(line_tension=20).area_stiffness == 3e5
     assert p.replace(area_stiffness=3e5).replace(area_stiffness=None) == p
 
@@ -163,7 +163,7 @@ def test_parameters_survive_pickling_and_hash():
     copy = pickle.loads(pickle.dumps(p))
     assert copy == p
     assert hash(copy) == hash(p)
-    assert copy.replace(line_tension=20).area_stiffness == 5e4
+    assert copy.replace(line_tension=20).area_stiffness == 1e5
 
 
 def test_model_row_holds_every_field_in_the_core_s_units():
@@ -182,7 +182,7 @@ def test_model_row_holds_every_field_in_the_core_s_units():
     assert row["obstacle_radius"] == 0.25
     assert row["drag"] == 1500
     assert row["edge_stiffness"] == 100  # k_l = k̃_l γ_2D/D0
-    assert row["area_stiffness"] == 125000
+    assert row["area_stiffness"] == 250000
     assert row["wall_stiffness"] == 62.5
     assert row["neck_separation_in_diameters"] == 1
     assert row["stop_at_breakup"] == 1
