@@ -104,7 +104,7 @@ class Parameters(Checked):
     >>> round(p.capillary_number, 5)
     0.00196
     >>> p.replace(line_tension=20).area_stiffness
-    50000.0
+    100000.0
     """
 
     size_ratio: Number = number(
