@@ -65,8 +65,8 @@ def parameters(vertices: int, **changes: Any) -> po.Parameters:
         "time_step": TIME_STEP,
         "line_tension": 80.0,
         "edge_stiffness": 3.0,
-        "area_stiffness": 2.5e3 * 80.0,
-        "wall_stiffness": 5 * 80.0,
+        "area_stiffness": 5e3 * 80.0,
+        "wall_stiffness": 1.25 * 80.0,
         "follow_daughters": False,
     }
     return po.Parameters(**(model | changes))

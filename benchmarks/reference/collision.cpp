@@ -28,8 +28,8 @@ struct Model {
     double time_step = 1e-4;
     double line_tension = 80;
     double edge_stiffness = 3 * 80.0;
-    double area_stiffness = 2.5e3 * 80.0;
-    double wall_stiffness = 5 * 80.0;
+    double area_stiffness = 5e3 * 80.0;
+    double wall_stiffness = 1.25 * 80.0;
     double start_distance = 5;
     double time_limit = 30;
     double neck_thickness = 0.167;

@@ -157,18 +157,23 @@ private:
 
     void shift_velocities(double time) { kernels_.shift_velocities(scene(), time); }
 
-    /// After a break-up, divide the time step by the least whole number that makes it safe for
-    /// the daughters too; and set what depends on the step.
+    /// Divide the time step by the least whole number that makes it safe for droplets smaller than
+    /// the model's, for which it was chosen; and set what depends on the step.
     void renew_steps() {
         double safe = std::numeric_limits<double>::infinity();
-        for (const Droplet& d : droplets_) safe = std::min(safe, safe_time_step(d.ring));
-        if (!breakups_.empty() && safe < time_step_) {
+        for (const Droplet& d : droplets_)
+            if (d.ring.mass < 1.0 - 1e-9) safe = std::min(safe, safe_time_step(d.ring));
+        if (safe < time_step_) {
             const long parts = static_cast<long>(std::ceil(time_step_ / safe));
             time_step_ /= parts;
             step_ *= parts;
             sample_steps_ *= parts;
         }
-        for (Droplet& d : droplets_) d.ring.relax = relaxed_fraction(d.ring.drag_rate, time_step_);
+        for (Droplet& d : droplets_) {
+            const Relaxation r = relaxation(d.ring.drag_rate, time_step_);
+            d.ring.kept = r.kept;
+            d.ring.replaced = r.replaced;
+        }
     }
 
     void raise(Guard guard, double value) {
@@ -227,7 +232,6 @@ private:
     double list_contacts();
     double list_pairs();
     double list_own(Droplet& d, int index);
-    bool clear_of(const Droplet& d, const Obstacle& o, double nearest_vertex);
     void record_contacts();
     void break_up(std::size_t index);
     bool ended() const;

@@ -70,47 +70,49 @@ inline bool adjacent(const Ring& ring, int vertex, int edge) {
     return ahead < kApart || ahead >= ring.count - kApart;
 }
 
-/// Lists one vertex of droplet a with the edges of droplet b within a distance, in runs without
-/// gaps. Returns how deep it is inside b, or zero.
-inline double list_vertex(ContactLists& lists, const Ring& a, int index_a, int vertex,
-                          const Ring& b, int index_b, double within) {
-    const Vec2 r{a.x[vertex], a.y[vertex]};
-    const int n = b.count;
-    const auto near = [&](int k) {
-        return !(index_a == index_b && adjacent(a, vertex, k)) &&
-               std::fabs(nearest_edge(b, r, k, 1).distance) < within;
-    };
-    double deepest = 0;
-    int start = 0;  // begin the walk between two runs, where there is such a place
-    while (start < n && near(start)) ++start;
-    for (int seen = 0; seen < n;) {
-        const int first = (start + seen) % n;
-        int run = 0;
-        while (seen + run < n && near((first + run) % n)) ++run;
-        if (run > 0) {
-            lists.touches.push_back({index_a, vertex, index_b, first, run});
-            deepest = std::min(deepest, nearest_edge(b, r, first, run).distance);
+/// A stretch of consecutive edges of a closed outline.
+struct Run {
+    int first, count;
+};
+
+/// The shortest stretch of n edges round a ring that holds every edge for which near(k); `some` is
+/// one.
+template <class Near>
+Run covering_run(int n, int some, const Near& near) {
+    Run run{some, n};
+    for (int step = 1, gap = 0; step <= n; ++step) {
+        const int k = (some + step) % n;
+        if (!near(k)) {
+            ++gap;
+            continue;
         }
-        seen += run + 1;
+        if (n - gap < run.count) run = {k, n - gap};
+        gap = 0;
     }
-    return -deepest;
+    return run;
 }
 
-/// Lists the vertices of droplet a near edges of droplet b. Returns how deep any of them is inside
-/// b.
+/// Lists the vertices of droplet a near edges of droplet b. Each is listed with one stretch of
+/// edges round the nearest, since the nearest edge alone tells on which side of a thin part it is.
+/// Returns how deep any of them is inside b.
 inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet& a, int index_a,
                            Droplet& b, int index_b, double within) {
     const Box box = bounding_box(b.ring);
     double deepest = 0;
     for (int i = 0; i < a.ring.count; ++i) {
-        const double x = a.ring.x[i], y = a.ring.y[i];
-        if (gap({x, x, y, y}, box) > within) continue;
-        if (kernels.edge_distance2(b.ring, x, y) > within * within) continue;
-        deepest =
-            std::max(deepest, list_vertex(lists, a.ring, index_a, i, b.ring, index_b, within));
+        const Vec2 r{a.ring.x[i], a.ring.y[i]};
+        if (gap({r.x, r.x, r.y, r.y}, box) > within) continue;
+        if (kernels.edge_distance2(b.ring, r.x, r.y) > within * within) continue;
+        const int n = b.ring.count;
+        const Nearest nearest = nearest_edge(b.ring, r, 0, n);
+        const Run run = covering_run(n, nearest.edge, [&](int k) {
+            return std::fabs(nearest_edge(b.ring, r, k, 1).distance) <= within;
+        });
+        lists.touches.push_back({index_a, i, index_b, run.first, run.count});
+        deepest = std::min(deepest, nearest.distance);
         a.ring.pushed = b.ring.pushed = true;
     }
-    return deepest;
+    return -deepest;
 }
 
 /// Whether any vertex kApart or more edges away along the outline is within a distance.
@@ -125,14 +127,30 @@ inline bool near_far_side(const Ring& ring, int vertex, double within) {
     return near > 0;
 }
 
-/// Lists the vertices of a droplet near the far side of its own outline. `reach` is a distance from
-/// a vertex of the far side that covers `within` of any edge.
+/// Lists the vertices of a droplet near the far side of its own outline, each stretch of edges by
+/// itself: between two of them a vertex is pushed by both. `reach` is a distance from a vertex of
+/// the far side that covers `within` of any edge.
 inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double within,
                            double reach) {
-    for (int i = 0; i < d.ring.count; ++i) {
-        if (!near_far_side(d.ring, i, reach)) continue;
-        list_vertex(lists, d.ring, index, i, d.ring, index, within);
-        d.ring.pushed = true;
+    const Ring& ring = d.ring;
+    for (int i = 0; i < ring.count; ++i) {
+        if (!near_far_side(ring, i, reach)) continue;
+        const Vec2 r{ring.x[i], ring.y[i]};
+        // The edges next to the vertex never count, so no stretch reaches round to where this
+        // begins.
+        for (int step = 0, run = 0; step <= ring.count; ++step) {
+            const int k = (i + step) % ring.count;
+            const bool near = step < ring.count && !adjacent(ring, i, k) &&
+                              std::fabs(nearest_edge(ring, r, k, 1).distance) < within;
+            if (near) {
+                ++run;
+            } else if (run > 0) {
+                lists.touches.push_back(
+                    {index, i, index, (k - run + ring.count) % ring.count, run});
+                d.ring.pushed = true;
+                run = 0;
+            }
+        }
     }
 }
 

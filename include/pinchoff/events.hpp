@@ -16,20 +16,26 @@ inline Collision::Budget Collision::look() {
         kernels_.survey(ring, s);
         if (!sound(droplets_[i], s)) return budget;
         const double chords = watch_neck(droplets_[i], s);
-        if (chords < 0.0) {
-            break_up(i);
-            return finished_ ? budget : look();
-        }
-        budget.relative = std::min(budget.relative, chords);
+        budget.relative = std::min(budget.relative, std::max(chords, 0.0));
+        if (chords >= 0.0) continue;
+        break_up(i);
+        if (finished_) return budget;
+        // The daughters change everything: begin again.
+        budget = {};
+        i = static_cast<std::size_t>(-1);
     }
     budget.absolute = list_contacts();
-    if (!finished_ && !new_contact_.empty()) record_contacts();
+    if (!finished_ && !new_contact_.empty()) {
+        record_contacts();
+        budget.absolute = list_contacts();
+    }
     return budget;
 }
 
 /// The guards on one droplet alone. False, and the run over, when one fires.
 inline bool Collision::sound(Droplet& d, const Survey& s) {
-    if (!(s.reach < kReachLimit)) return raise(Guard::blow_up, s.speed), false;
+    if (!(s.reach < kReachLimit * std::sqrt(d.ring.padded)))
+        return raise(Guard::blow_up, s.reach / std::sqrt(d.ring.padded)), false;
     const double area_error = s.area / d.ring.rest_area - 1.0;
     if (!(std::fabs(area_error) <= kAreaLimit)) return raise(Guard::area, area_error), false;
     if (flow_.kind == FlowKind::sampled) {
@@ -46,23 +52,28 @@ inline bool Collision::sound(Droplet& d, const Survey& s) {
 }
 
 /// How far vertices may move before this droplet's neck can pass the threshold; negative when it
-/// has. Once something has touched, the thinnest neck and the shape are sampled on the way.
+/// has. From the first contact on, the neck and the shape of the droplet that touched are sampled.
 inline double Collision::watch_neck(Droplet& d, const Survey& s) {
     const double threshold = model_.neck_thickness * d.ring.diameter;
     const Separation separation{separation_.fraction, separation_.length * d.ring.diameter};
     const NeckScan scan =
         kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
-    if (d.generation == 0 && !contacts_.empty()) {
+    d.thinnest = std::sqrt(scan.nearest2);
+    const bool breaks = scan.thickness2 < threshold * threshold;
+    // On the grid of samples only, so that it does not matter where else blocks end.
+    const bool sampled = step_ % sample_steps_ == 0 || breaks;
+    if (sampled && !contacts_.empty() && d.id == contacts_.front().droplet) {
         minimum_neck_ = std::min(minimum_neck_, std::sqrt(scan.thickness2));
         maximum_shape_ = std::max(maximum_shape_, s.perimeter * s.perimeter / (4.0 * kPi * s.area));
     }
-    d.thinnest = std::sqrt(scan.nearest2);
-    if (scan.thickness2 < threshold * threshold) return -1.0;
+    if (breaks) return -1.0;
     return std::max(scan.budget, 0.0);
 }
 
-/// Build the contact lists of the coming block and note first contacts. Returns how far vertices
-/// may move while the lists stay complete and no new contact begins.
+/// Build the contact lists of the coming block and note first contacts, which are not listed before
+/// they are recorded: they are measured before the wall first pushes. Returns how far vertices may
+/// move while the lists stay complete, no new contact begins and no edge crosses an obstacle
+/// unseen.
 inline double Collision::list_contacts() {
     double allowed = 1.0;
     lists_.clear();
@@ -74,28 +85,28 @@ inline double Collision::list_contacts() {
         for (int o = 0; o < static_cast<int>(obstacles_.size()); ++o) {
             const Obstacle& obstacle = obstacles_[o];
             kernels_.chunk_distance2(d.ring, obstacle.x, obstacle.y, distance2_.data());
-            const double nearest =
+            const double vertex =
                 std::sqrt(*std::min_element(distance2_.begin(), distance2_.end()));
-            const double gap = nearest - obstacle.radius - 0.5 * d.ring.rest_length;
-            if (gap < wall_margin(obstacle) && !clear_of(d, obstacle, nearest)) return allowed;
-            const bool met = d.has_met(o);
-            if (!met && gap < 0.0) new_contact_.push_back({i, o});
-            allowed = std::min(allowed, met || gap < 0.0
-                                            ? list_wall(lists_, d, i, obstacle, distance2_.data())
-                                            : gap);
+            const double edge = std::sqrt(kernels_.edge_distance2(d.ring, obstacle.x, obstacle.y));
+            // From its surface inwards, and on past the centre once that is in the droplet.
+            const bool through = kernels_.contains(d.ring, obstacle.x, obstacle.y);
+            const double depth = 1.0 - (through ? -edge : std::min(vertex, edge)) / obstacle.radius;
+            if (depth > kPenetrationLimit) {
+                raise(Guard::penetration, depth);
+                return allowed;
+            }
+            const double gap = vertex - obstacle.radius - 0.5 * d.ring.rest_length;
+            if (!d.has_met(o) && gap < 0.0) {
+                new_contact_.push_back({i, o});
+                continue;
+            }
+            const double room =
+                d.has_met(o) ? list_wall(lists_, d, i, obstacle, distance2_.data()) : gap;
+            const double edge_room = std::max(edge - obstacle.radius, wall_margin(obstacle));
+            allowed = std::min({allowed, room, edge_room});
         }
     }
     return std::min(allowed, list_pairs());
-}
-
-/// The guard on an obstacle that enters a droplet, by a vertex or between two of them.
-inline bool Collision::clear_of(const Droplet& d, const Obstacle& o, double nearest_vertex) {
-    const double nearest =
-        std::min(nearest_vertex, std::sqrt(kernels_.edge_distance2(d.ring, o.x, o.y)));
-    const double depth = 1.0 - nearest / o.radius;
-    if (depth <= kPenetrationLimit) return true;
-    raise(Guard::penetration, depth);
-    return false;
 }
 
 /// List the contacts of droplets with each other and with themselves; returns how far vertices may
@@ -170,8 +181,11 @@ inline void Collision::break_up(std::size_t index) {
     const Droplet parent = std::move(droplets_[index]);
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
     const Shape whole{parent.positions(), parent.velocities()};
-    const Neck neck =
-        find_neck(whole.r, {separation_.fraction, separation_.length * parent.ring.diameter});
+    // A hair's breadth below the separation, so that round-off cannot disagree with the look that
+    // saw it.
+    const double slack = 1.0 - 1e-9;
+    const Neck neck = find_neck(
+        whole.r, {slack * separation_.fraction, slack * separation_.length * parent.ring.diameter});
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
@@ -199,11 +213,8 @@ inline void Collision::break_up(std::size_t index) {
     breakups_.push_back(event);
     renew_steps();
     lists_.clear();
-    if (model_.stop_at_breakup != 0.0) {
-        finished_ = true;
-        return;
-    }
-    list_contacts();
+    finished_ = model_.stop_at_breakup != 0.0;
+    if (!finished_) list_contacts();
     shift_velocities(-0.5 * time_step_);
 }
 

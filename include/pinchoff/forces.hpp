@@ -2,6 +2,7 @@
 // Units D0, v_f∞ and M; energies in M v_f∞², forces in M v_f∞²/D0.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "math.hpp"
@@ -56,17 +57,24 @@ PINCHOFF_HD inline double contact_force(double distance, double rest_length, dou
     return overlap > 0.0 ? 2.0 * stiffness / rest_length * overlap : 0.0;
 }
 
-/// Fraction by which drag at rate ζ brings a velocity to its final value within a time.
-inline double relaxed_fraction(double drag_rate, double time) {
-    return -std::expm1(-drag_rate * time);
+/// What drag at rate ζ leaves of a velocity after a time, e^(-ζ t), and what it has replaced, 1
+/// minus that. A negative time undoes it; bounded where the number would overflow and drag forgets
+/// it.
+struct Relaxation {
+    double kept, replaced;
+};
+
+inline Relaxation relaxation(double drag_rate, double time) {
+    const double exponent = -std::max(drag_rate * time, -300.0);
+    return {std::exp(exponent), -std::expm1(exponent)};
 }
 
-/// Velocity after a time over which drag and a constant force act [paper, eq. drag_force and
-/// eq. of motion]: it relaxes towards v_f + F N_v/(μ D0) by the fraction `relax`, exactly.
+/// Velocity after a time over which drag and a constant force act [paper, eq. drag_force and eq. of
+/// motion]: it relaxes towards v_f + F N_v/(μ D0), exactly.
 PINCHOFF_HD inline Vec2 relax_velocity(Vec2 velocity, Vec2 fluid, Vec2 force, double mobility,
-                                       double relax) {
-    return {velocity.x + relax * (fluid.x + mobility * force.x - velocity.x),
-            velocity.y + relax * (fluid.y + mobility * force.y - velocity.y)};
+                                       Relaxation r) {
+    return {r.kept * velocity.x + r.replaced * (fluid.x + mobility * force.x),
+            r.kept * velocity.y + r.replaced * (fluid.y + mobility * force.y)};
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

@@ -32,6 +32,8 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
+inline constexpr double kPi = 3.14159265358979323846;
+
 struct Vec2 {
     double x, y;
 };

@@ -5,11 +5,10 @@
 #include <cmath>
 #include <limits>
 
-#include "types.hpp"
+#include "math.hpp"
 
 namespace pinchoff {
 
-inline constexpr double kPi = 3.14159265358979323846;
 /// Area of the undeformed droplet, that of a circle of unit diameter.
 inline constexpr double kReferenceArea = 0.25 * kPi;
 
@@ -71,7 +70,17 @@ inline constexpr int kResultFields = sizeof(Result) / sizeof(double);
 
 enum class Outcome { slipped, broke, captured, failed };
 
-enum class Guard { none, penetration, overlap, self_intersection, area, blow_up, flow_domain };
+#define PINCHOFF_GUARDS(GUARD) \
+    GUARD(penetration)         \
+    GUARD(overlap)             \
+    GUARD(self_intersection)   \
+    GUARD(area)                \
+    GUARD(blow_up)             \
+    GUARD(flow_domain)
+
+#define PINCHOFF_ENTRY(name) name,
+enum class Guard { none, PINCHOFF_GUARDS(PINCHOFF_ENTRY) };
+#undef PINCHOFF_ENTRY
 
 /// What one guard saw when it stopped a run.
 struct Alarm {
@@ -88,7 +97,7 @@ inline constexpr double kReachLimit = 1e4;
 /// A droplet has left an obstacle behind when all of it is this far, in D0, beyond its rear.
 inline constexpr double kDepartureDistance = 0.5;
 /// Samples between two searches for crossing edges.
-inline constexpr int kCrossingSamples = 5;
+inline constexpr int kCrossingSamples = 10;
 /// Least vertices of a droplet.
 inline constexpr int kLeastVertices = 16;
 

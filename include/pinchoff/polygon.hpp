@@ -70,7 +70,7 @@ inline Vec2 centroid_velocity(Outline r, std::span<const Vec2> v) {
 /// Shape parameter 𝒜 = P²/(4πA), 1 for a circle [paper, appendix B].
 inline double shape_parameter(Outline r) {
     const double p = perimeter(r);
-    return p * p / (4.0 * 3.14159265358979323846 * std::fabs(signed_area(r)));
+    return p * p / (4.0 * kPi * std::fabs(signed_area(r)));
 }
 
 /// Signed area of the part on the left of the line through `point` along `direction`, by exact

@@ -69,23 +69,35 @@ Vec2 point_on(const Values& at_vertices, OutlinePoint p) {
     return at_vertices[p.edge] + p.fraction * (at_vertices[next] - at_vertices[p.edge]);
 }
 
-/// Where between the vertices the neck is thinnest: the lowest point of the parabola through the
-/// neck's chord and the two that lie one vertex to either side along both its arcs. Two equally
-/// thin chords, as a head-on collision has, so give the line midway between them.
+/// Where between the vertices the neck is thinnest: the lowest point of a parabola through the
+/// neck's chord and two neighbours, which move both of its ends along their arcs, or one of them,
+/// whichever has the thinnest neighbour. Two equally thin chords, as a head-on collision has, so
+/// give the line midway between them.
 inline Cut place_cut(Outline r, const Neck& neck) {
     const int n = static_cast<int>(r.size());
-    const auto thickness = [&](int shift) {
-        const Vec2 chord = r[(neck.second - shift + n) % n] - r[(neck.first + shift + n) % n];
+    const auto thickness = [&](int first, int second) {
+        const Vec2 chord = r[(neck.second + second + n) % n] - r[(neck.first + first + n) % n];
         return std::sqrt(dot(chord, chord));
     };
-    const double before = thickness(-1), here = thickness(0), after = thickness(1);
-    const double curvature = before - 2.0 * here + after;
-    const double limit =
-        1e-9 * here;  // a neighbour thinner than the neck is one that is not admissible
-    const bool lowest = before >= here - limit && after >= here - limit && curvature > 0.0;
-    const double shift = lowest ? std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5) : 0.0;
-    if (shift >= 0.0) return {{neck.first, shift}, {(neck.second - 1 + n) % n, 1.0 - shift}};
-    return {{(neck.first - 1 + n) % n, 1.0 + shift}, {neck.second, -shift}};
+    constexpr int kDirections[3][2] = {{1, -1}, {1, 0}, {0, 1}};
+    const double here = thickness(0, 0);
+    double thinnest = std::numeric_limits<double>::infinity(), shifts[2] = {0.0, 0.0};
+    for (const auto& [first, second] : kDirections) {
+        const double before = thickness(-first, -second), after = thickness(first, second);
+        const double curvature = before - 2.0 * here + after;
+        // A neighbour thinner than the neck is one that is not admissible: then stay.
+        const bool lowest = std::min(before, after) >= here * (1.0 - 1e-9) && curvature > 0.0;
+        if (!lowest || std::min(before, after) >= thinnest) continue;
+        thinnest = std::min(before, after);
+        const double shift = std::clamp(0.5 * (before - after) / curvature, -0.5, 0.5);
+        shifts[0] = first * shift;
+        shifts[1] = second * shift;
+    }
+    const auto moved = [&](int vertex, double shift) -> OutlinePoint {
+        if (shift >= 0.0) return {vertex, shift};
+        return {(vertex - 1 + n) % n, 1.0 + shift};
+    };
+    return {moved(neck.first, shifts[0]), moved(neck.second, shifts[1])};
 }
 
 /// Positions and velocities of one outline.

@@ -50,7 +50,7 @@ inline double pull_edges(const Ring& ring) {
 
 /// New velocities from the forces at the present positions. Track: add to the path of each vertex.
 template <bool Push, bool Track, class FlowAt>
-void kick(const Ring& ring, FlowAt flow, double relax) {
+void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
     const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
     const double* x = ring.x;
     const double* y = ring.y;
@@ -73,7 +73,7 @@ void kick(const Ring& ring, FlowAt flow, double relax) {
             force.x += push_x[i];
             force.y += push_y[i];
         }
-        const Vec2 v = relax_velocity({vx[i], vy[i]}, fluid, force, mobility, relax);
+        const Vec2 v = relax_velocity({vx[i], vy[i]}, fluid, force, mobility, relaxation);
         vx[i] = v.x;
         vy[i] = v.y;
         if constexpr (Track) {
@@ -124,27 +124,43 @@ struct Nearest {
     int edge;         // it lies on the edge from this vertex to the next
     double fraction;  // along that edge
     double distance;  // negative inside the droplet
-    Vec2 normal;      // unit vector out of the droplet, at right angles to the edge
+    Vec2 normal;      // unit vector out of the droplet, along the line to the nearest point
 };
 
+/// Normal of the edge that starts at a vertex, out of the droplet: the inside is on its left.
+inline Vec2 edge_normal(const Ring& ring, int edge) {
+    const Vec2 e{ring.x[edge + 1] - ring.x[edge], ring.y[edge + 1] - ring.y[edge]};
+    return (1.0 / std::sqrt(dot(e, e))) * Vec2{e.y, -e.x};
+}
+
 inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
-    Nearest best{first, 0.0, 1e300, {0.0, 0.0}};
-    double least = 1e300;
+    int edge = first;
+    double fraction = 0.0, least2 = 1e300;
+    Vec2 off{0.0, 0.0};
     for (int n = 0; n < count; ++n) {
         const int k = (first + n) % ring.count;
         const Vec2 a{ring.x[k], ring.y[k]}, e = Vec2{ring.x[k + 1], ring.y[k + 1]} - a;
-        const double along = dot(r - a, e) / dot(e, e);
-        const double t = along < 0.0 ? 0.0 : (along > 1.0 ? 1.0 : along);
-        const Vec2 off = r - (a + t * e);
-        const double d2 = dot(off, off);
-        if (d2 < least) {
-            least = d2;
-            const double length = std::sqrt(dot(e, e));
-            const Vec2 normal{e.y / length, -e.x / length};  // the inside is on the left
-            best = {k, t, dot(off, normal) < 0.0 ? -std::sqrt(d2) : std::sqrt(d2), normal};
+        const double t = smaller(larger(dot(r - a, e) / dot(e, e), 0.0), 1.0);
+        const Vec2 apart = r - (a + t * e);
+        if (dot(apart, apart) < least2) {
+            least2 = dot(apart, apart);
+            edge = k;
+            fraction = t;
+            off = apart;
         }
     }
-    return best;
+    // At a corner the side is told by both edges: past a sharp one, either alone may be wrong.
+    Vec2 outward = edge_normal(ring, edge);
+    if (fraction == 0.0)
+        outward = outward + edge_normal(ring, edge == 0 ? ring.count - 1 : edge - 1);
+    if (fraction == 1.0)
+        outward = outward + edge_normal(ring, edge + 1 == ring.count ? 0 : edge + 1);
+    const double side = dot(off, outward) < 0.0 ? -1.0 : 1.0, distance = std::sqrt(least2);
+    // On the outline itself the direction of `off` is lost in round-off.
+    const bool on_outline = distance < 1e-12;
+    const Vec2 normal =
+        on_outline ? 1.0 / std::sqrt(dot(outward, outward)) * outward : side / distance * off;
+    return {edge, fraction, side * distance, normal};
 }
 
 /// How a vertex of ring a and an edge of ring b repel: the potential of the wall, with another
@@ -206,15 +222,15 @@ inline void push_contacts(const Scene& scene) {
     push_droplets_apart(scene);
 }
 
-/// `steps` steps of every ring; relax is set for this time step.
+/// `steps` steps of every ring, whose relaxation is set for this time step.
 inline void advance(const Scene& scene, double time_step, int steps) {
     with_flow(scene.flow, [&](const auto& flow) {
         for (int n = 0; n < steps; ++n) {
             push_contacts(scene);
             for (int r = 0; r < scene.ring_count; ++r) {
                 const Ring& ring = scene.rings[r];
-                if (ring.pushed) kick<true, true>(ring, flow, ring.relax);
-                else kick<false, true>(ring, flow, ring.relax);
+                if (ring.pushed) kick<true, true>(ring, flow, {ring.kept, ring.replaced});
+                else kick<false, true>(ring, flow, {ring.kept, ring.replaced});
             }
             for (int r = 0; r < scene.ring_count; ++r) drift(scene.rings[r], time_step);
         }
@@ -228,7 +244,7 @@ inline void shift_velocities(const Scene& scene, double time) {
         push_contacts(scene);
         for (int r = 0; r < scene.ring_count; ++r) {
             const Ring& ring = scene.rings[r];
-            const double relax = relaxed_fraction(ring.drag_rate, time);
+            const Relaxation relax = relaxation(ring.drag_rate, time);
             if (ring.pushed) kick<true, false>(ring, flow, relax);
             else kick<false, false>(ring, flow, relax);
         }

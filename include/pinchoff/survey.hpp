@@ -56,7 +56,21 @@ inline double edge_distance2(const Ring& ring, double px, double py) {
     return least(nearest2);
 }
 
-/// Largest Σ|v - v_drift|² of any vertex over the block, and its reset.
+/// Whether a point is inside the ring: an odd number of edges crosses the ray from it along +x.
+inline bool contains(const Ring& ring, double px, double py) {
+    const double* x = ring.x;
+    const double* y = ring.y;
+    int crossings = 0;
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < ring.count; ++i) {
+        const int straddles = static_cast<int>(y[i] > py) ^ static_cast<int>(y[i + 1] > py);
+        const double ahead = (x[i] - px) * (y[i + 1] - y[i]) + (x[i + 1] - x[i]) * (py - y[i]);
+        crossings += straddles & static_cast<int>((ahead > 0.0) == (y[i + 1] > y[i]));
+    }
+    return crossings % 2 == 1;
+}
+
+/// Largest Σ|v - v_drift|² of any vertex over the block.
 inline double largest_path(const Ring& ring) {
     double longest = 0;
     for (int i = 0; i < ring.count; ++i) {

@@ -60,7 +60,7 @@ struct Ring {
     double wall_stiffness = 0;        // ε_w
     double drag_rate = 0;             // μ D0 / M, the rate at which drag alone stops the droplet
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
-    double relax = 0;                 // 1 - exp(-drag_rate Δt)
+    double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
 
     bool pushed = false;  // whether push_x, push_y take part in this block
@@ -126,6 +126,8 @@ struct Kernels {
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);
     /// Smallest squared distance of a point from the edges of the ring.
     double (*edge_distance2)(const Ring&, double x, double y);
+    /// Whether a point is inside the ring.
+    bool (*contains)(const Ring&, double x, double y);
     /// x, y: (count + 1); work: room for neck_work_size(count) numbers.
     NeckScan (*scan_neck)(const double* x, const double* y, int count, Separation separation,
                           double threshold, double* work);

@@ -223,7 +223,7 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     best_kernels().shift_velocities(scene, time);
     std::vector<Vec2> a = one[0].velocities();
     for (std::size_t i = 0; i < a.size(); ++i)
-        a[i] = ring.drag_rate / relaxed_fraction(ring.drag_rate, time) * (a[i] - before[i]);
+        a[i] = ring.drag_rate / relaxation(ring.drag_rate, time).replaced * (a[i] - before[i]);
     return array_of(a);
 }
 
@@ -286,9 +286,8 @@ void bind_collision(nb::module_& m) {
 #define PINCHOFF_NAME(name) #name,
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
+    m.attr("GUARDS") = tuple_of({"", PINCHOFF_GUARDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
-    m.attr("GUARDS") = tuple_of(
-        {"", "penetration", "overlap", "self_intersection", "area", "blow_up", "flow_domain"});
 
     nb::class_<FlowObject>(m, "Flow",
                            "Fluid velocity as a function of position, in units of v_f∞ and D0.")

@@ -32,10 +32,17 @@ static void natural_logs(const double* in, double* out, int count) {
 }  // namespace PINCHOFF_ARCH
 
 extern const Kernels PINCHOFF_JOIN(kernels_, PINCHOFF_ARCH) = {
-    PINCHOFF_QUOTE(PINCHOFF_ARCH), PINCHOFF_ARCH::advance,         PINCHOFF_ARCH::shift_velocities,
-    PINCHOFF_ARCH::survey,         PINCHOFF_ARCH::chunk_distance2, PINCHOFF_ARCH::edge_distance2,
-    PINCHOFF_ARCH::scan_neck,      PINCHOFF_ARCH::self_intersects, PINCHOFF_ARCH::flow_velocity,
-    PINCHOFF_ARCH::natural_logs,
+    .name = PINCHOFF_QUOTE(PINCHOFF_ARCH),
+    .advance = PINCHOFF_ARCH::advance,
+    .shift_velocities = PINCHOFF_ARCH::shift_velocities,
+    .survey = PINCHOFF_ARCH::survey,
+    .chunk_distance2 = PINCHOFF_ARCH::chunk_distance2,
+    .edge_distance2 = PINCHOFF_ARCH::edge_distance2,
+    .contains = PINCHOFF_ARCH::contains,
+    .scan_neck = PINCHOFF_ARCH::scan_neck,
+    .self_intersects = PINCHOFF_ARCH::self_intersects,
+    .flow_velocity = PINCHOFF_ARCH::flow_velocity,
+    .natural_log = PINCHOFF_ARCH::natural_logs,
 };
 
 }  // namespace pinchoff
