@@ -16,6 +16,11 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pinchoff import errors as errors
     from pinchoff import flow as flow
+    from pinchoff.boundaries import Boundary as Boundary
+    from pinchoff.boundaries import boundary as boundary
+    from pinchoff.collisions_file import read_collisions as read_collisions
+    from pinchoff.energy import term_forces as term_forces
+    from pinchoff.energy import total_energy as total_energy
     from pinchoff.errors import InputError as InputError
     from pinchoff.errors import PinchoffError as PinchoffError
     from pinchoff.errors import SimulationError as SimulationError
@@ -25,10 +30,13 @@ if TYPE_CHECKING:
     from pinchoff.simulation import Collision as Collision
     from pinchoff.simulation import simulate as simulate
     from pinchoff.simulation import simulate_many as simulate_many
+    from pinchoff.sweeps import SweepDesign as SweepDesign
+    from pinchoff.sweeps import sweep as sweep
 
     __version__: str
 
 _HOME = {
+    "Boundary": "boundaries",
     "Collision": "simulation",
     "InputError": "errors",
     "Outlines": "outlines",
@@ -36,12 +44,19 @@ _HOME = {
     "PhysicalScale": "parameters",
     "PinchoffError": "errors",
     "SimulationError": "errors",
+    "SweepDesign": "sweeps",
+    "boundary": "boundaries",
+    "read_collisions": "collisions_file",
     "simulate": "simulation",
     "simulate_many": "simulation",
+    "sweep": "sweeps",
+    "term_forces": "energy",
+    "total_energy": "energy",
 }
 _MODULES = ("errors", "flow")
 
 __all__ = [
+    "Boundary",
     "Collision",
     "InputError",
     "Outlines",
@@ -49,11 +64,17 @@ __all__ = [
     "PhysicalScale",
     "PinchoffError",
     "SimulationError",
+    "SweepDesign",
     "__version__",
+    "boundary",
     "errors",
     "flow",
+    "read_collisions",
     "simulate",
     "simulate_many",
+    "sweep",
+    "term_forces",
+    "total_energy",
 ]
 
 

@@ -103,6 +103,25 @@ COLUMNS: tuple[Column, ...] = (
 )
 """The columns in their order."""
 
+PARAMETER_COLUMNS: dict[str, Column] = {
+    "vertex_count": _count("vertex_count", "N_v, vertices of the outline"),
+    "line_tension": _measure("line_tension", "M v_f∞²/D0", "γ̃"),
+    "edge_stiffness": _measure("edge_stiffness", "1", "k̃_l = k_l D0/γ_2D"),
+    "area_stiffness": _measure("area_stiffness", "M v_f∞²/D0⁴", "k_a"),
+    "wall_stiffness": _measure("wall_stiffness", "M v_f∞²", "ε_w"),
+    "start_distance": _measure("start_distance", "D0", "start of the droplet upstream of R"),
+    "time_step": _measure("time_step", "t0", "Δt that was taken"),
+    "time_limit": _measure("time_limit", "t0", "when a droplet on the obstacle is captured"),
+    # The name of the parameter itself is that of what is measured.
+    "neck_thickness": _measure("neck_thickness_limit", "D0", "a thinner neck breaks"),
+    "neck_separation": _measure(
+        "neck_separation", "1 or D0", "shortest arc between a neck's sides; 1: of the perimeter"
+    ),
+    "neck_separation_unit": Column("neck_separation_unit", "", "str", "perimeter or diameter"),
+    "follow_daughters": Column("follow_daughters", "", "bool", "whether a run outlasts a break-up"),
+}
+"""What a sweep that varies other parameters than the table shows puts behind its columns."""
+
 
 def units() -> dict[str, str]:
     """Return the unit of every column, by name."""

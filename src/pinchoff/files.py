@@ -9,13 +9,15 @@ from pathlib import Path
 
 
 @contextmanager
-def written_aside(path: Path) -> Iterator[Path]:
+def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
     """Give a name beside `path` to write to; rename it to `path` once it is written.
 
     So whoever opens `path` finds the old file or the new one, complete. On an error the
-    unfinished file is removed and `path` stays as it was.
+    unfinished file is removed and `path` stays as it was. It has the suffix of `path`, or another
+    one, where readers that look for files by suffix must not find it.
     """
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    ending = path.suffix if suffix is None else suffix
+    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{ending}")
     try:
         yield unfinished
         unfinished.replace(path)

@@ -40,7 +40,7 @@ AREA_STIFFNESS_PER_LINE_TENSION = 5000.0
 WALL_STIFFNESS_PER_LINE_TENSION = 1.25
 """Default of ε̃_w/γ̃: a stiffer wall forces a smaller time step."""
 
-SAMPLE_INTERVAL = 0.02
+SAMPLE_INTERVAL = 0.01
 """Time between two measurements of a run, t0. Recording happens at multiples of it."""
 
 TimeStep = Literal["auto"] | Annotated[Number, Field(ge=1e-7, le=0.1)]
@@ -303,7 +303,7 @@ class Parameters(Checked):
             The file cannot be read or is not TOML; or as `from_physical` and the constructor,
             naming the key.
         """
-        table = _read_toml(Path(path))
+        table = read_toml(Path(path))
         physical = table.pop("physical", None)
         known = {*cls.model_fields, "preset", "physical"}
         for name in table:
@@ -411,7 +411,14 @@ class Parameters(Checked):
         }
 
 
-def _read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Raises
+    ------
+    InputError
+        It cannot be read or is not TOML.
+    """
     try:
         with path.open("rb") as file:
             return tomllib.load(file)

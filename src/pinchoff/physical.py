@@ -127,20 +127,38 @@ def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
     for name in quantities:
         if name not in PHYSICAL_NAMES:
             raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
-    values = {}
-    for name, quantity in _SCALE_QUANTITIES.items():
-        value = _magnitude(name, quantities.get(name), quantity)
-        if not value > 0:
-            raise _wrong(name, quantities[name], quantity, "a positive")
-        values[quantity.field] = value
-    scale = PhysicalScale(**values)
-    offset = quantities.get("offset")
-    offset_um = 0.0 if offset is None else _magnitude("offset", offset, _OFFSET)
-    _warn_of_thickness(scale)
+    magnitudes = {name: physical_magnitude(name, quantities.get(name)) for name in PHYSICAL_NAMES}
+    groups = groups_of_magnitudes(magnitudes)
+    warn_of_thickness(groups["scale"])
+    return groups
+
+
+def physical_magnitude(name: str, value: Physical | None) -> float:
+    """Read one of the `PHYSICAL_NAMES` and return its number in µm, mm/s, mPa s or mN/m.
+
+    Raises
+    ------
+    InputError
+        As `physical_groups`; only the offset may be missing.
+    """
+    if name == "offset":
+        return 0.0 if value is None else _magnitude(name, value, _OFFSET)
+    quantity = _SCALE_QUANTITIES[name]
+    magnitude = _magnitude(name, value, quantity)
+    if not magnitude > 0:
+        raise _wrong(name, value, quantity, "a positive")
+    return magnitude
+
+
+def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
+    """Return what follows from all the `PHYSICAL_NAMES`, as numbers in µm, mm/s, mPa s, mN/m."""
+    scale = PhysicalScale(
+        **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
+    )
     return {
         "size_ratio": scale.size_ratio,
         "simulation_capillary_number": scale.simulation_capillary_number,
-        "offset": offset_um / scale.diameter_um,
+        "offset": magnitudes["offset"] / scale.diameter_um,
         "scale": scale,
     }
 
@@ -191,7 +209,8 @@ def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") 
     return InputError.of(name, rule, f"'{got}'", f"write it like '{quantity.example}'")
 
 
-def _warn_of_thickness(scale: PhysicalScale) -> None:
+def warn_of_thickness(scale: PhysicalScale) -> None:
+    """Warn of a chamber that is not as thick as the two-dimensional model's, z/R = 1."""
     normalized_thickness = scale.thickness_um / scale.obstacle_radius_um
     if abs(normalized_thickness - 1.0) > THICKNESS_TOLERANCE:
         warnings.warn(

@@ -108,7 +108,7 @@ def simulate(
             on_frame(system.time, frame)
 
     recording = outlines is not False or on_frame is not None
-    with _bar(progress, "collision", parameters.time_limit) as show:
+    with progress_bar(progress, "collision", parameters.time_limit) as show:
         _run(system, every, record if recording else None, show)
     kept = None if outlines is False else _outlines(times, frames, circles, parameters)
     return collision_of(parameters, system, kept)
@@ -188,7 +188,7 @@ def simulate_many(
     from pinchoff import collisions
 
     _require_iterable(parameters)
-    workers = _thread_count(threads)
+    workers = thread_count(threads)
     if flow is not None:
         _require_flow(flow)
     if progress is None:
@@ -196,7 +196,7 @@ def simulate_many(
     total = len(parameters) if isinstance(parameters, Sized) else None
     parts: list[dict[str, NDArray[Any]]] = []
     done = 0
-    with _bar(progress, "collisions", total) as show:
+    with progress_bar(progress, "collisions", total) as show:
         for chunk in _chunks(parameters):
             models = np.array([_row(done + i, p) for i, p in enumerate(chunk)])
             results = _core.run_many(models, flow, workers, _shifted(show, done))
@@ -236,7 +236,8 @@ def _warn_of_failures(failed: int, total: int) -> None:
         )
 
 
-def _thread_count(threads: int | None) -> int:
+def thread_count(threads: int | None) -> int:
+    """Check a number of threads; None stands for as many as there are cores for this process."""
     if threads is None:
         if hasattr(os, "sched_getaffinity"):
             return len(os.sched_getaffinity(0))
@@ -250,7 +251,9 @@ def _thread_count(threads: int | None) -> int:
 
 
 @contextmanager
-def _bar(wanted: bool, label: str, total: float | None) -> Iterator[Callable[[float], None] | None]:
+def progress_bar(
+    wanted: bool, label: str, total: float | None
+) -> Iterator[Callable[[float], None] | None]:
     """Show a progress bar on stderr, and give the function that moves it."""
     if not wanted:
         yield None

@@ -139,7 +139,7 @@ def test_options_change_what_the_file_says(tmp_path, capsys):
     assert parameters["size_ratio"] == 5
     assert parameters["simulation_capillary_number"] == 12
     assert parameters["line_tension"] == 60
-    assert parameters["area_stiffness"] == 2500 * 60
+    assert parameters["area_stiffness"] == 5000 * 60
 
 
 def test_one_quantity_changes_in_a_physical_file(tmp_path, capsys):

@@ -13,7 +13,10 @@ from typing import Annotated
 
 import typer
 
+from pinchoff.cli.boundary import boundary
 from pinchoff.cli.run import run
+from pinchoff.cli.summary import summary
+from pinchoff.cli.sweep import sweep
 from pinchoff.errors import PinchoffError
 
 # typer shows its parser's errors to the public only as the base class of this one.
@@ -28,6 +31,9 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 app.command()(run)
+app.command()(sweep)
+app.command()(summary)
+app.command()(boundary)
 
 
 def _print_version(wanted: bool) -> None:

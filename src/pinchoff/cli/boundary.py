@@ -1,0 +1,349 @@
+"""``pinchoff boundary``: the separating line, its fit and its figures."""
+
+from __future__ import annotations
+
+import math
+import sys
+import time
+import tomllib
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pinchoff.cli.report import json_text
+from pinchoff.errors import InputError
+from pinchoff.files import written_aside
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pinchoff.boundaries.fit import LineFit
+    from pinchoff.boundaries.search import Boundary
+
+TABLE = "boundary.parquet"
+TABLE_TEXT = "boundary.csv"
+RUNS = "runs.parquet"
+FIT = "fit.json"
+LINE = "separating_line.png"
+COLLAPSE = "area_collapse.png"
+APPENDIX_C = "appendix_c.png"
+_FILES = (TABLE, TABLE_TEXT, RUNS, FIT, LINE, COLLAPSE, APPENDIX_C)
+
+_PAPER_RANGE = "16,20,25,32,40,50,64,80"
+_FLAGS = {"simulation_capillary_number": "--capillary", "size_ratio": "--size-ratio"}
+_SYMBOLS = {"simulation_capillary_number": "Ca_sim", "size_ratio": "D0/R", "line_tension": "γ̃"}
+_POINTS = "Points"
+_OUTPUT = "Output"
+
+
+def boundary(
+    config: Annotated[
+        Path | None,
+        typer.Argument(metavar="[CONFIG.toml]", help="What all points share, as for run."),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="Model constants by name.", rich_help_panel=_POINTS)
+    ] = None,
+    capillary: Annotated[
+        str,
+        typer.Option(metavar="LIST", help="Values of Ca_sim.", rich_help_panel=_POINTS),
+    ] = _PAPER_RANGE,
+    size_ratio: Annotated[
+        str | None,
+        typer.Option(metavar="LIST", help="Values of D0/R.", rich_help_panel=_POINTS),
+    ] = None,
+    constants: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=LIST",
+            help="Values of any other parameter, as line_tension=60,190; may be repeated.",
+            rich_help_panel=_POINTS,
+        ),
+    ] = None,
+    width: Annotated[
+        str,
+        typer.Option(
+            metavar="NUMBER", help="Largest width of a bracket, in S.", rich_help_panel=_POINTS
+        ),
+    ] = "0.005",
+    scan: Annotated[
+        str,
+        typer.Option(
+            metavar="NUMBER", help="Intervals of the scan over the offset.", rich_help_panel=_POINTS
+        ),
+    ] = "24",
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = Path("boundary"),
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", metavar="", help="Print fit.json too.", rich_help_panel=_OUTPUT),
+    ] = False,
+    overwrite: Annotated[
+        bool,
+        typer.Option(
+            "--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Find the symmetry at which droplets begin to break.
+
+    The points are all combinations of the lists; at each the droplet's offset is varied. Without
+    options it is the paper's separating line. DIR gets
+
+    - boundary.parquet, boundary.csv: a bracket for each point, and what was found there
+    - runs.parquet: every collision
+    - fit.json: α and β with their intervals
+    - separating_line.png: runs and lines
+    - area_collapse.png, with several D0/R: how far one line serves them
+    - appendix_c.png, with several line_tension: the collapse with μ̃/γ̃
+
+    [bold]Examples[/bold]
+
+    pinchoff boundary --out line
+
+    pinchoff boundary --size-ratio 4,5.66,8 --out sizes
+
+    pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 --out appendix-c
+    """
+    given = {"simulation_capillary_number": capillary, "size_ratio": size_ratio}
+    vary = _lists({name: text for name, text in given.items() if text}, constants or [])
+    width_number, scan_number = _number("--width", width), _number("--scan", scan)
+    if scan_number.is_integer():
+        scan_number = int(scan_number)
+    base = _base(config, preset)
+    _prepare(out, overwrite)
+    started = time.perf_counter()
+    line = _found(base, vary, width_number, scan_number)
+    report, fit = _report(line, time.perf_counter() - started)
+    paths = _write(line, fit, report, out)
+    if as_json:
+        print(json_text(report), end="")
+    else:
+        _print(line, report, fit)
+    for path in paths:
+        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+
+
+def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, list[Any]]:
+    lists = {name: _list(_FLAGS[name], text) for name, text in options.items()}
+    for assignment in assignments:
+        name, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (name and equals and text):
+            advice = "write it like line_tension=60,190"
+            raise InputError.of("--set", "NAME=LIST", assignment, advice)
+        if name in _FLAGS:
+            raise InputError.of("--set", "another parameter", name, f"use {_FLAGS[name]}")
+        if name in lists:
+            raise InputError.of(f"--set {name}", "given once", text, "drop one of them")
+        lists[name] = _list(f"--set {name}", text)
+    return lists
+
+
+def _list(place: str, text: str) -> list[Any]:
+    """Read values between commas, as TOML has them or else as bare words."""
+    parts = [part.strip() for part in text.strip().removeprefix("[").removesuffix("]").split(",")]
+    if not all(parts):
+        raise InputError.of(place, "a list of values", repr(text), "write it like 16,20,25")
+    return [_value(part) for part in parts]
+
+
+def _value(text: str) -> Any:
+    try:
+        return tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        return text
+
+
+def _number(flag: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise InputError.of(flag, "a finite number", text, "see pinchoff boundary --help")
+    return value
+
+
+def _base(config: Path | None, preset: str | None) -> Any:
+    from pinchoff.parameters import Parameters
+
+    if config is None:
+        return Parameters.preset(preset or "default")
+    if preset is not None:
+        raise InputError.of(
+            "--preset", "left out beside a file", preset, f"write the preset into {config}"
+        )
+    return Parameters.from_toml(config)
+
+
+def _prepare(out: Path, overwrite: bool) -> None:
+    """Make the folder, free of results.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made or written to, or holds results that may not be replaced.
+    """
+    try:
+        present = [out / name for name in _FILES if (out / name).exists()]
+        if present and not overwrite:
+            advice = "add --overwrite, or choose another folder"
+            got = f"{out} (it holds {present[0].name})"
+            raise InputError.of("--out", "a folder without results", got, advice)
+        out.mkdir(parents=True, exist_ok=True)
+        with written_aside(out / FIT) as unfinished:
+            unfinished.touch()
+        for path in present:
+            path.unlink()
+        (out / FIT).unlink(missing_ok=True)
+    except OSError as error:
+        got = f"{out} ({error.strerror})"
+        raise InputError.of(
+            "--out", "a folder that can be written to", got, "choose another"
+        ) from None
+
+
+def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) -> Boundary:
+    """Find the boundary; say on stderr what guards stopped."""
+    from pinchoff.boundaries.search import boundary as find
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)
+            line = find(base, vary, width=width, scan=scan)  # type: ignore[arg-type]
+    except InputError as error:
+        flag = _FLAGS.get(error.argument) or {"width": "--width", "scan": "--scan"}.get(
+            error.argument
+        )
+        if flag is None:
+            raise
+        raise InputError.of(flag, error.rule, error.got, error.advice) from None
+    for point, failures in line.failures.groupby("point"):
+        low, high = failures["offset"].min(), failures["offset"].max()
+        runs = (line.runs["point"] == point).sum()
+        print(
+            f"warning: {len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
+            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}",
+            file=sys.stderr,
+        )
+    return line
+
+
+def _report(line: Boundary, seconds: float) -> tuple[dict[str, Any], LineFit | None]:
+    """Return what goes into fit.json, and the line if there is one."""
+    from pinchoff import __version__
+
+    report: dict[str, Any] = {
+        "pinchoff_version": __version__,
+        "base": line.base.model_dump(mode="json"),
+        "varied": {name: line.table[name].unique().tolist() for name in line.varied},
+        "status": line.table["status"].value_counts().to_dict(),
+        "runs": len(line.runs),
+        "captured_runs": int(line.table["captured_runs"].sum()),
+        "failed_runs": int(line.table["failed_runs"].sum()),
+        "seconds": round(seconds, 3),
+    }
+    try:
+        fit = line.fit()
+    except InputError as error:
+        return {**report, "fit": None, "why_no_fit": str(error)}, None
+    report["fit"] = fit.to_dict()
+    if line.found["size_ratio"].nunique() > 1:
+        try:
+            report["fits_free_area_exponent"] = {
+                speed: line.fit(free_area=True, speed=speed).to_dict()
+                for speed in ("flow", "contact")
+            }
+        except InputError as error:
+            report["why_no_free_area_exponent"] = str(error)
+    if line.found["line_tension"].nunique() > 1:
+        report["appendix_c"] = _appendix_c(line)
+    return report, fit
+
+
+def _appendix_c(line: Boundary) -> dict[str, Any] | None:
+    from pinchoff.figures.appendix_c import collapse_spread, slopes
+
+    try:
+        spread = collapse_spread(line.found)._asdict()
+    except InputError:
+        return None
+    return {"slopes": {f"{g:g}": s for g, s in slopes(line.found).items()}, "spread": spread}
+
+
+def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:
+    """Write tables, fit and figures, and return the files."""
+    from pinchoff.boundaries.search import write_table
+    from pinchoff.figures.appendix_c import appendix_c
+    from pinchoff.figures.separating_line import area_collapse, separating_line, write_figure
+
+    write_table(line.table, out / TABLE)
+    write_table(line.table, out / TABLE_TEXT)
+    write_table(line.runs, out / RUNS)
+    with written_aside(out / FIT) as unfinished:
+        unfinished.write_text(json_text(report), encoding="utf-8")
+    if line.runs["symmetry"].notna().any():
+        write_figure(out / LINE, separating_line(line, fit))
+    if "fits_free_area_exponent" in report:
+        write_figure(out / COLLAPSE, area_collapse(line)[0])
+    if report.get("appendix_c"):
+        write_figure(out / APPENDIX_C, appendix_c(line)[0])
+    return [out / name for name in _FILES if (out / name).exists()]
+
+
+def _print(line: Boundary, report: Mapping[str, Any], fit: LineFit | None) -> None:
+    from rich.console import Console
+
+    Console().print(_printed_table(line))
+    for row in line.table[line.table["status"] == "non-monotonic"].to_dict("records"):
+        print(f"point {row['point']}, non-monotonic in S: {row['intervals']}")
+    print(fit if fit is not None else report["why_no_fit"])
+    for speed, free in report.get("fits_free_area_exponent", {}).items():
+        p, beta = free["area_exponent"], free["beta"]
+        print(
+            f"with Ã^p, Ca from the {speed} speed: p = {p['value']:.3f} ({p['low']:.3f} to "
+            f"{p['high']:.3f}), β = {beta['value']:.3f} ({beta['low']:.3f} to {beta['high']:.3f})"
+        )
+    captured = report["captured_runs"]
+    print(
+        f"{report['runs']} collisions in {report['seconds']:.1f} s; {captured} captured at the "
+        f"time limit, which counts as not broken; {report['failed_runs']} without an outcome"
+    )
+    if captured:
+        print("a larger time_limit (--set time_limit=100) shows what becomes of the captured ones")
+
+
+def _printed_table(line: Boundary) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    from pinchoff.law import PAPER_SIMULATION_LINE
+
+    names = [str(name) for name in line.table if name in line.varied]
+    shown = Table(box=SIMPLE_HEAD)
+    for head in (
+        *(_SYMBOLS.get(name, name) for name in names),
+        *("Ca Ã z̃", "S unbroken", "S broke", "paper"),
+    ):
+        shown.add_column(head, justify="right")
+    shown.add_column("status", no_wrap=True)
+    for row in line.table.to_dict("records"):
+        control = row["control_parameter"]
+        paper = PAPER_SIMULATION_LINE.alpha * control**PAPER_SIMULATION_LINE.beta
+        ends = (row["symmetry_unbroken"], row["symmetry_broke"])
+        shown.add_row(
+            *(
+                f"{row[name]:g}" if isinstance(row[name], float) else str(row[name])
+                for name in names
+            ),
+            f"{control:.4f}",
+            *("" if math.isnan(end) else f"{end:.4f}" for end in ends),
+            f"{paper:.3f}" if paper < 1 else "",
+            row["status"],
+        )
+    return shown
