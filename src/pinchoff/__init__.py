@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from pinchoff import flow as flow
     from pinchoff.boundaries import Boundary as Boundary
     from pinchoff.boundaries import boundary as boundary
+    from pinchoff.calibrations import Calibration as Calibration
+    from pinchoff.calibrations import CollisionsTarget as CollisionsTarget
+    from pinchoff.calibrations import LineTarget as LineTarget
+    from pinchoff.calibrations import calibrate as calibrate
     from pinchoff.collisions_file import read_collisions as read_collisions
     from pinchoff.energy import term_forces as term_forces
     from pinchoff.energy import total_energy as total_energy
@@ -37,8 +41,11 @@ if TYPE_CHECKING:
 
 _HOME = {
     "Boundary": "boundaries",
+    "Calibration": "calibrations",
     "Collision": "simulation",
+    "CollisionsTarget": "calibrations",
     "InputError": "errors",
+    "LineTarget": "calibrations",
     "Outlines": "outlines",
     "Parameters": "parameters",
     "PhysicalScale": "parameters",
@@ -46,6 +53,7 @@ _HOME = {
     "SimulationError": "errors",
     "SweepDesign": "sweeps",
     "boundary": "boundaries",
+    "calibrate": "calibrations",
     "read_collisions": "collisions_file",
     "simulate": "simulation",
     "simulate_many": "simulation",
@@ -57,8 +65,11 @@ _MODULES = ("errors", "flow")
 
 __all__ = [
     "Boundary",
+    "Calibration",
     "Collision",
+    "CollisionsTarget",
     "InputError",
+    "LineTarget",
     "Outlines",
     "Parameters",
     "PhysicalScale",
@@ -67,6 +78,7 @@ __all__ = [
     "SweepDesign",
     "__version__",
     "boundary",
+    "calibrate",
     "errors",
     "flow",
     "read_collisions",

@@ -111,7 +111,7 @@ PARAMETER_COLUMNS: dict[str, Column] = {
     "wall_stiffness": _measure("wall_stiffness", "M v_f∞²", "ε_w"),
     "start_distance": _measure("start_distance", "D0", "start of the droplet upstream of R"),
     "time_step": _measure("time_step", "t0", "Δt that was taken"),
-    "time_limit": _measure("time_limit", "t0", "when a droplet on the obstacle is captured"),
+    "time_limit": _measure("time_limit", "t0", "the run ends at the latest, as captured"),
     # The name of the parameter itself is that of what is measured.
     "neck_thickness": _measure("neck_thickness_limit", "D0", "a thinner neck breaks"),
     "neck_separation": _measure(

@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
 from pinchoff.errors import InputError
+from pinchoff.validation import finite_or_nan
 
 Flow: TypeAlias = _core.Flow
 """What the constructors below return; ``.velocity(points)`` takes and gives (n, 2) arrays."""
 
 _LEAST_NODES = 4
-_SPACING_TOLERANCE = 1e-6
+_SPACING_TOLERANCE = 1e-4  # of the spacing: axes of single precision are regular
 
 
 def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
@@ -39,10 +40,14 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     InputError
         A number is not finite, or the radius not positive.
     """
-    if not (math.isfinite(radius) and radius > 0):
+    if not finite_or_nan(radius) > 0:
         raise InputError.of("radius", "positive and finite", radius, "give the obstacle's R in D0")
-    x, y = center
-    return _core.StokesFlow(radius, _finite("center[0]", x), _finite("center[1]", y))
+    try:
+        x, y = center
+    except (TypeError, ValueError):
+        advice = "give the obstacle's x and y in D0"
+        raise InputError.of("center", "a pair of numbers", center, advice) from None
+    return _core.StokesFlow(float(radius), _finite("center[0]", x), _finite("center[1]", y))
 
 
 def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
@@ -63,6 +68,9 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
 
 def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
     """Flow given at the nodes of a regular grid, bicubic between them.
+
+    What lies between two nodes is not known to the flow: some ten nodes across each obstacle's
+    radius and each gap resolve the layer in which the velocity falls to zero.
 
     Parameters
     ----------
@@ -92,9 +100,10 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
 
 
 def _finite(name: str, value: float) -> float:
-    if not math.isfinite(value):
-        raise InputError.of(name, "finite", value, "give a number")
-    return float(value)
+    number = finite_or_nan(value)
+    if math.isnan(number):
+        raise InputError.of(name, "a finite number", repr(value), "give it in D0 or v_f∞")
+    return number
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import warnings
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -41,7 +42,7 @@ _GUARDS = {
         "raise edge_stiffness or vertex_count: the obstacle passes between two vertices",
     ),
     "overlap": _Guard(
-        "one droplet's depth in another must be at most half a vertex spacing",
+        "one droplet's depth in another must be at most one vertex spacing",
         "{:.3g} D0",
         "raise line_tension or vertex_count: droplets are pressed through each other",
     ),
@@ -53,12 +54,12 @@ _GUARDS = {
     "area": _Guard(
         "the droplet's area must be within 1 % of its equilibrium",
         "{:+.2%}",
-        "raise area_stiffness",
+        "raise area_stiffness, or lower time_step",
     ),
     "blow_up": _Guard(
-        "the vertices' speed must stay bounded",
-        "{:.3g} v_f∞",
-        "lower time_step, or use 'auto'",
+        "every coordinate must be finite and within 1e4 D0",
+        "{:.3g} D0",
+        "lower time_step",
     ),
     "flow_domain": _Guard(
         "the droplet must be inside the sampled flow",
@@ -74,8 +75,22 @@ def guard_message(guard: str, value: float, time: float) -> str:
     return f"{rule}; got {got.format(value)} at t = {time:.4g} t0; {advice}"
 
 
+def warn_of_failures(failed: int, total: int, stacklevel: int = 3) -> None:
+    """Warn that guards stopped some runs of the caller's, if they did."""
+    if failed:
+        warnings.warn(
+            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
+            "reject_reason",
+            RuntimeWarning,
+            stacklevel=stacklevel,
+        )
+
+
 def run_columns(
-    parameters: Sequence[Parameters], results: NDArray[np.float64], first_id: int = 0
+    parameters: Sequence[Parameters],
+    results: NDArray[np.float64],
+    first_id: int = 0,
+    met: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Return runs as columns of the collisions table.
 
@@ -86,6 +101,8 @@ def run_columns(
         What the core returned for them.
     first_id : int, optional
         ``collision_id`` of the first run.
+    met : mapping of str to float, optional
+        What `first_meeting` says in place of the parameters.
 
     Returns
     -------
@@ -93,21 +110,55 @@ def run_columns(
         Every column of `pinchoff.collisions.COLUMNS`.
     """
     result = dict(zip(_core.RESULT_FIELDS, results.T, strict=True))
-    groups = _parameter_columns(parameters)
     columns: dict[str, NDArray[Any]] = {
         "source": np.full(len(parameters), "simulation", dtype=object),
         "collision_id": first_id + np.arange(len(parameters)),
-        **groups,
+        **_parameter_columns(parameters),
         **_event_columns(result),
-        "breakup_number": breakup_number(
-            groups["capillary_number"],
-            groups["normalized_area"],
-            result["symmetry"],
-            groups["normalized_thickness"],
-        ),
     }
     columns |= _physical_columns(parameters, columns)
+    columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
+    columns["breakup_number"] = breakup_number(
+        columns["capillary_number"],
+        columns["normalized_area"],
+        columns["symmetry"],
+        columns["normalized_thickness"],
+    )
     return {column.name: columns[column.name] for column in COLUMNS}
+
+
+def first_meeting(
+    parameters: Parameters,
+    contacts: Sequence[Mapping[str, Any]],
+    obstacles: NDArray[np.float64],
+    droplets: NDArray[np.float64],
+) -> dict[str, float]:
+    """Return the columns that the droplet and the obstacle of the first contact decide.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    contacts : sequence of mapping
+        The run's contacts in the order of their times.
+    obstacles, droplets : ndarray, shape (M, 3) and (K, 3)
+        Centre and radius of each obstacle, start and diameter of each droplet, D0.
+
+    Returns
+    -------
+    dict of str to float
+        NaN where nothing met, or only what a droplet without contact had broken into.
+    """
+    y = radius = start_y = diameter = math.nan
+    if contacts and contacts[0]["droplet_id"] < len(droplets):
+        _, y, radius = obstacles[contacts[0]["obstacle"]].tolist()
+        _, start_y, diameter = droplets[contacts[0]["droplet_id"]].tolist()
+    unit_um = math.nan if parameters.scale is None else parameters.scale.diameter_um
+    return {
+        "size_ratio": diameter / radius,
+        "offset": start_y - y,
+        "normalized_area": math.pi / 4.0 * (diameter / radius) ** 2,
+        "obstacle_radius_um": radius * unit_um,
+    }
 
 
 def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np.float64]]:
@@ -195,7 +246,8 @@ class Collision:
     ----------
     parameters : Parameters
     outcome : str
-        "slipped", "broke" or "captured" (still on the obstacle at the time limit).
+        "slipped", "broke" or "captured": the time limit came before the droplet had left the
+        obstacle behind.
     broke : bool
     symmetry, impact_parameter : float
         S [paper, eq. symdef] and b at first contact.
@@ -271,9 +323,12 @@ class Collision:
 
 
 def collision_of(
-    parameters: Parameters, system: _core.System, outlines: Outlines | None
+    parameters: Parameters,
+    system: _core.System,
+    outlines: Outlines | None,
+    met: Mapping[str, float],
 ) -> Collision:
-    """Gather the results of a finished system.
+    """Gather the results of a finished system; `met` as in `run_columns`.
 
     Raises
     ------
@@ -288,7 +343,7 @@ def collision_of(
         raise SimulationError(
             guard_message(guard, value, time), guard=guard, value=value, time=time
         )
-    columns = run_columns([parameters], results)
+    columns = run_columns([parameters], results, met=met)
     row = {name: _plain_scalar(values[0]) for name, values in columns.items()}
     row["broke"] = bool(row["broke"])
     own = {f.name: row[f.name] for f in fields(Collision) if f.name in row}

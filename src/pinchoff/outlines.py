@@ -272,7 +272,7 @@ class Outlines:
         Raises
         ------
         InputError
-            If the suffix is none of these.
+            If the suffix is none of these, or the file cannot be written.
         """
         target = Path(path)
         writers = {".gsd": self._save_gsd, ".npz": self._save_npz, ".csv": self._save_csv}
@@ -280,8 +280,16 @@ class Outlines:
             raise InputError.of(
                 "path", f"a name ending in {', '.join(writers)}", target, "choose one of them"
             )
-        with written_aside(target) as unfinished:
-            writers[target.suffix](unfinished)
+        try:
+            with written_aside(target) as unfinished:
+                writers[target.suffix](unfinished)
+        except OSError as error:
+            raise InputError.of(
+                "path",
+                "a file that can be written",
+                f"{target} ({error.strerror or error})",
+                "choose an existing folder",
+            ) from error
 
     def _save_gsd(self, path: Path) -> None:
         with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:

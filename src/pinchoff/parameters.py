@@ -7,7 +7,7 @@ masses in M, the droplet's. So the unit of time is t0 = D0/v_f∞.
 from __future__ import annotations
 
 import math
-import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -15,8 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from pinchoff.consistency import require_consistent
 from pinchoff.errors import InputError
-from pinchoff.physical import CA_PER_CA_SIM, PhysicalScale, physical_groups, refuse_physical_groups
+from pinchoff.files import read_toml
+from pinchoff.physical import (
+    CA_PER_CA_SIM,
+    PhysicalScale,
+    blaming_quantities,
+    physical_groups,
+    refuse_physical_groups,
+)
 from pinchoff.presets import DEFAULTS, preset_constants, preset_description, preset_names
 from pinchoff.validation import Checked, Number, WholeNumber, explained, number, unknown_name
 
@@ -80,7 +88,8 @@ class Parameters(Checked):
     time_step : float or "auto"
         Δt, t0; "auto" takes the largest step whose results agree with the paper's step.
     time_limit : float
-        When a droplet that is still on the obstacle counts as captured, t0.
+        When the run ends at the latest, t0: a droplet that has not left the obstacle behind by then
+        counts as captured.
     neck_thickness : float
         A neck thinner than this breaks, D0. Zero: nothing ever breaks.
     neck_separation : float
@@ -171,30 +180,7 @@ class Parameters(Checked):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        nearest = self.obstacle_radius + 0.75
-        if self.start_distance <= nearest:
-            raise InputError.of(
-                "start_distance",
-                f"larger than 1/size_ratio + 0.75 = {nearest:g}",
-                self.start_distance,
-                "start farther away: the droplet must not touch the obstacle at first",
-            )
-        if self.neck_separation_unit == "perimeter" and self.neck_separation >= 0.5:
-            raise InputError.of(
-                "neck_separation",
-                "less than 0.5 when it is a fraction of the perimeter",
-                self.neck_separation,
-                "lower it: no shorter arc exceeds half the perimeter",
-            )
-        for name in ("size_ratio", "simulation_capillary_number") if self.scale else ():
-            expected = getattr(self.scale, name)
-            if not math.isclose(getattr(self, name), expected, rel_tol=1e-9):
-                raise InputError.of(
-                    name,
-                    f"{expected:.10g}, as its physical scale says",
-                    getattr(self, name),
-                    "change the physical quantity in from_physical, or drop the scale",
-                )
+        require_consistent(self)
         return self
 
     @classmethod
@@ -283,7 +269,15 @@ class Parameters(Checked):
                 "offset": offset,
             }
         )
-        return cls(**{**constants, **groups})
+        return cls._of_groups(constants, groups)
+
+    @classmethod
+    def _of_groups(cls, constants: Mapping[str, Any], groups: Mapping[str, Any]) -> Self:
+        """Join constants with what follows from physical quantities."""
+        try:
+            return cls(**{**constants, **groups})
+        except InputError as error:
+            raise blaming_quantities(error) from None
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> Self:
@@ -303,7 +297,23 @@ class Parameters(Checked):
             The file cannot be read or is not TOML; or as `from_physical` and the constructor,
             naming the key.
         """
-        table = read_toml(Path(path))
+        return cls.from_config(read_toml(Path(path)))
+
+    @classmethod
+    def from_config(cls, config: Mapping[str, Any]) -> Self:
+        """Read the parameters from a table, as a TOML file holds it.
+
+        Parameters
+        ----------
+        config : mapping
+            The keys of `from_toml`.
+
+        Raises
+        ------
+        InputError
+            As `from_toml`.
+        """
+        table = dict(config)
         physical = table.pop("physical", None)
         known = {*cls.model_fields, "preset", "physical"}
         for name in table:
@@ -319,7 +329,7 @@ class Parameters(Checked):
             groups = physical_groups(physical)
         except InputError as error:
             raise error.within("physical") from None
-        return cls(**{**constants, **groups})
+        return cls._of_groups(constants, groups)
 
     @property
     def obstacle_radius(self) -> float:
@@ -409,21 +419,3 @@ class Parameters(Checked):
             "sample_interval": SAMPLE_INTERVAL,
             "stop_at_breakup": not self.follow_daughters,
         }
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read or is not TOML.
-    """
-    try:
-        with path.open("rb") as file:
-            return tomllib.load(file)
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError.of(str(path), "a readable file", reason, "check its name") from None
-    except ValueError as error:  # not UTF-8, not TOML, or an absurdly long number
-        raise InputError.of(str(path), "a TOML file", str(error), "correct it there") from None

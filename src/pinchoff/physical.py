@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
@@ -104,6 +105,20 @@ _OFFSET = _Quantity("offset_um", "um", "length", "20 um")
 PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
 """The physical arguments; all but the offset are required."""
 
+GROUP_ORIGINS = {
+    "size_ratio": "diameter / obstacle_radius",
+    "simulation_capillary_number": "viscosity * speed / surface_tension",
+}
+"""What the groups follow from."""
+
+# pint would calculate what it reads, 9**9**9 too. A power of a unit is one digit.
+_LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
+_FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+    rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
+)
+
 
 def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
     """Read physical quantities with their units, and return what follows from them.
@@ -189,7 +204,7 @@ def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
         parsed = value
     elif isinstance(value, str):
         try:
-            parsed = pint.application_registry.Quantity(value)
+            parsed = _parsed(value)
         except Exception:  # the parser raises anything from TokenError to ZeroDivisionError
             raise _wrong(name, value, quantity) from None
     else:
@@ -201,6 +216,30 @@ def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
     if not math.isfinite(magnitude):
         raise _wrong(name, value, quantity, "a finite")
     return magnitude
+
+
+def _parsed(text: str) -> pint.Quantity[Any]:
+    """Read "<number> <unit>", and nothing that would have to be calculated."""
+    import pint
+
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise ValueError
+    quantity: pint.Quantity[Any]
+    quantity = pint.application_registry.Quantity(float(match["number"]), match["unit"])
+    return quantity
+
+
+def blaming_quantities(error: InputError) -> InputError:
+    """Return an error about a group as one about the quantities that it follows from."""
+    if error.argument not in GROUP_ORIGINS:
+        return error
+    return InputError.of(
+        GROUP_ORIGINS[error.argument],
+        f"such that {error.argument} is {error.rule}",
+        error.got,
+        "check their units, as in um, mm/s, mPa s and mN/m",
+    )
 
 
 def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:

@@ -8,17 +8,25 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
+from pinchoff.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.errors import InputError
 from pinchoff.flow import Flow
-from pinchoff.outcomes import Collision, collision_of, run_columns
+from pinchoff.outcomes import (
+    Collision,
+    collision_of,
+    first_meeting,
+    run_columns,
+    warn_of_failures,
+)
 from pinchoff.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.progress import Show, progress_bar, shifted
+from pinchoff.validation import finite_or_nan
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -27,13 +35,14 @@ if TYPE_CHECKING:
 
 __all__ = ["Collision", "Flow", "simulate", "simulate_many"]
 
-Floats: TypeAlias = NDArray[np.float64]
-
 Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
 """Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
 
 RECORDING_INTERVAL = 0.05
 """Time between two recorded outlines unless said otherwise, t0."""
+
+LONGEST_INTERVAL = 1e6
+"""Longer than any run, t0: an interval as long or longer records its start and its end."""
 
 CHUNK_SIZE = 4096
 """Runs that are prepared and held at once, so that a sweep's memory is that of its table."""
@@ -47,7 +56,7 @@ def simulate(
     flow: Flow | None = None,
     obstacles: ArrayLike | None = None,
     droplets: ArrayLike | None = None,
-    outlines: bool | float = False,
+    outlines: bool | float | None = False,
     on_frame: Callable[[float, Frame], object] | None = None,
     progress: bool = False,
 ) -> Collision:
@@ -60,11 +69,13 @@ def simulate(
     flow : Flow, optional
         What `pinchoff.flow` builds; by default the Stokes flow around the first obstacle.
     obstacles : array_like, shape (M, 3), optional
-        Centre x, y and radius of each obstacle, D0. By default one of radius 1/size_ratio at the
-        origin. M may be zero if a flow is given; the run then lasts until the time limit.
+        Centre x, y and radius (at least 1e-3) of each obstacle, D0. By default one of radius
+        1/size_ratio at the origin. M may be zero if a flow is given; the run then lasts until
+        the time limit.
     droplets : array_like, shape (K, 3), optional
-        Start x, y and diameter of each droplet, D0. By default one of diameter 1 at
-        (-start_distance, offset).
+        Start x, y and diameter of each droplet, D0, clear of obstacles and each other by 0.05 D0
+        (a coarse outline: by a vertex spacing). By default one of diameter 1 at
+        (-start_distance, offset). A diameter is at least 0.02, and at most 4096/vertex_count.
     outlines : bool or float, optional
         Whether to record the outlines, or the time between two records in t0, rounded up to a
         multiple of the sampling interval: recording never changes the results.
@@ -77,7 +88,9 @@ def simulate(
     Returns
     -------
     Collision
-        For several droplets: the first contact and the first break-up of any of them.
+        For several droplets: the first contact and the first break-up of any of them. With
+        obstacles or droplets of one's own, the groups of the break-up law are those of the
+        droplet and the obstacle of the first contact; without contact they are NaN.
 
     Raises
     ------
@@ -87,13 +100,20 @@ def simulate(
         A guard stopped the run, because its result could not be trusted.
     KeyboardInterrupt
         Ctrl-C, at once.
+
+    Warns
+    -----
+    UserWarning
+        There are several obstacles and no flow: the Stokes flow knows the first only.
     """
     _require_parameters("parameters", parameters)
-    circles = _obstacles(parameters, obstacles)
-    starts = _droplets(parameters, droplets, circles)
+    circles = obstacle_circles(parameters, obstacles)
+    starts = droplet_circles(parameters, droplets, circles)
     if flow is None:
         flow = _flow_around(circles)
     _require_flow(flow)
+    _require_callable(on_frame)
+    keep = outlines is not None and outlines is not False
     every = _samples_between_records(outlines)
     system = _core.System(parameters.model_row(), flow, circles, starts)
     times: list[float] = []
@@ -101,24 +121,26 @@ def simulate(
 
     def record() -> None:
         frame = system.outlines()
-        if outlines is not False:
+        if keep:
             times.append(system.time)
             frames.append(frame)
         if on_frame is not None:
             on_frame(system.time, frame)
 
-    recording = outlines is not False or on_frame is not None
+    recording = keep or on_frame is not None
     with progress_bar(progress, "collision", parameters.time_limit) as show:
         _run(system, every, record if recording else None, show)
-    kept = None if outlines is False else _outlines(times, frames, circles, parameters)
-    return collision_of(parameters, system, kept)
+    kept = _outlines(times, frames, circles, parameters) if keep else None
+    own = obstacles is not None or droplets is not None
+    met = first_meeting(parameters, system.contacts(), circles, starts) if own else {}
+    return collision_of(parameters, system, kept, met)
 
 
 def _run(
     system: _core.System,
     every: int,
     record: Callable[[], None] | None,
-    show: Callable[[float], None] | None,
+    show: Show | None,
 ) -> None:
     """Advance sample by sample, so that Ctrl-C acts at once, and record every so many samples."""
     recorded = -1.0
@@ -196,14 +218,14 @@ def simulate_many(
     total = len(parameters) if isinstance(parameters, Sized) else None
     parts: list[dict[str, NDArray[Any]]] = []
     done = 0
-    with progress_bar(progress, "collisions", total) as show:
+    with progress_bar(progress, "collisions", total, unit="runs") as show:
         for chunk in _chunks(parameters):
             models = np.array([_row(done + i, p) for i, p in enumerate(chunk)])
-            results = _core.run_many(models, flow, workers, _shifted(show, done))
+            results = _core.run_many(models, flow, workers, shifted(show, done))
             parts.append(run_columns(chunk, results, first_id=done))
             done += len(chunk)
     table = collisions.table(parts)
-    _warn_of_failures(int((table["outcome"] == "failed").sum()), done)
+    warn_of_failures(int((table["outcome"] == "failed").sum()), done)
     return table
 
 
@@ -222,20 +244,6 @@ def _row(position: int, parameters: Parameters) -> Floats:
         raise error.within(place) from None
 
 
-def _shifted(show: Callable[[float], None] | None, done: int) -> Callable[[int], None] | None:
-    return None if show is None else lambda more: show(done + more)
-
-
-def _warn_of_failures(failed: int, total: int) -> None:
-    if failed:
-        warnings.warn(
-            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
-            "reject_reason",
-            RuntimeWarning,
-            stacklevel=3,
-        )
-
-
 def thread_count(threads: int | None) -> int:
     """Check a number of threads; None stands for as many as there are cores for this process."""
     if threads is None:
@@ -250,41 +258,17 @@ def thread_count(threads: int | None) -> int:
     return int(threads)
 
 
-@contextmanager
-def progress_bar(
-    wanted: bool, label: str, total: float | None
-) -> Iterator[Callable[[float], None] | None]:
-    """Show a progress bar on stderr, and give the function that moves it."""
-    if not wanted:
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as bar:
-        task = bar.add_task(label, total=total)
-        yield lambda done: bar.update(task, completed=done)
-        # A run may end before its time limit, and a generator has no length.
-        bar.update(task, total=1, completed=1)
-
-
 def _samples_between_records(outlines: object) -> int:
-    interval = RECORDING_INTERVAL if isinstance(outlines, bool) else outlines
-    if not (isinstance(interval, (int, float)) and math.isfinite(interval) and interval > 0):
+    unsaid = outlines is None or isinstance(outlines, bool)
+    interval = RECORDING_INTERVAL if unsaid else finite_or_nan(outlines)
+    if not interval > 0:
         raise InputError.of(
             "outlines",
             "True, False or a positive, finite interval in t0",
             outlines,
             f"use True to record every {RECORDING_INTERVAL} t0",
         )
-    return max(1, math.ceil(interval / SAMPLE_INTERVAL - 1e-9))
+    return max(1, math.ceil(min(interval, LONGEST_INTERVAL) / SAMPLE_INTERVAL - 1e-9))
 
 
 def _require_parameters(name: str, value: object) -> None:
@@ -306,53 +290,22 @@ def _require_flow(flow: object) -> None:
         raise InputError.of("flow", "a flow", flow, advice)
 
 
+def _require_callable(on_frame: object) -> None:
+    if on_frame is not None and not callable(on_frame):
+        advice = "give a function of (time, droplets)"
+        raise InputError.of("on_frame", "callable", on_frame, advice)
+
+
 def _flow_around(circles: Floats) -> Flow:
     if not len(circles):
         advice = "pass one, such as pinchoff.flow.uniform()"
         raise InputError.of("flow", "given when there is no obstacle", None, advice)
+    if len(circles) > 1:
+        warnings.warn(
+            f"the default flow is that around the first of the {len(circles)} obstacles alone: "
+            "pass one that knows them all as flow=, such as pinchoff.flow.sampled(...)",
+            UserWarning,
+            stacklevel=3,
+        )
     x, y, radius = circles[0].tolist()
     return _core.StokesFlow(radius, x, y)
-
-
-def _obstacles(parameters: Parameters, obstacles: ArrayLike | None) -> Floats:
-    if obstacles is None:
-        return np.array([[0.0, 0.0, parameters.obstacle_radius]])
-    return _circles("obstacles", obstacles, "[x, y, radius]")
-
-
-def _droplets(parameters: Parameters, droplets: ArrayLike | None, obstacles: Floats) -> Floats:
-    if droplets is None:
-        starts = np.array([[-parameters.start_distance, parameters.offset, 1.0]])
-    else:
-        starts = _circles("droplets", droplets, "[x, y, diameter]")
-    if not len(starts):
-        raise InputError.of("droplets", "at least one", "none", "give [x, y, diameter]")
-    discs = starts * [1.0, 1.0, 0.5]
-    for i, disc in enumerate(discs):
-        for other in (*obstacles, *discs[:i]):
-            if math.hypot(*(disc[:2] - other[:2])) <= disc[2] + other[2]:
-                raise InputError.of(
-                    f"droplets[{i}]",
-                    "clear of every obstacle and of the other droplets at the start",
-                    starts[i].tolist(),
-                    f"move it away from ({other[0]:g}, {other[1]:g})",
-                )
-    return starts
-
-
-def _circles(name: str, values: ArrayLike, row: str) -> Floats:
-    advice = f"give {row} for each, in D0"
-    try:
-        circles = np.ascontiguousarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError.of(name, "an array of numbers", values, advice) from None
-    if circles.size == 0:
-        return np.empty((0, 3))
-    if circles.ndim != 2 or circles.shape[1] != 3:
-        raise InputError.of(name, "of shape (n, 3)", f"shape {circles.shape}", advice)
-    sound = np.isfinite(circles).all(axis=1) & (circles[:, 2] > 0)
-    if not sound.all():
-        first = int(np.argmin(sound))
-        rule = "finite, and the last number positive"
-        raise InputError.of(f"{name}[{first}]", rule, circles[first].tolist(), advice)
-    return circles

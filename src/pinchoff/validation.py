@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterable, Mapping
+from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
@@ -17,6 +19,17 @@ def unknown_name(argument: str, rule: str, got: object, known: Iterable[str]) ->
     near = difflib.get_close_matches(str(got), names, n=1)
     advice = f"did you mean '{near[0]}'?" if near else f"choose from {', '.join(names)}"
     return InputError.of(argument, rule, repr(got), advice)
+
+
+def finite_or_nan(value: object) -> float:
+    """Return a number as a float; NaN for one that is not finite and for what is no number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        converted = float(value)
+    except OverflowError:
+        return math.nan
+    return converted if math.isfinite(converted) else math.nan
 
 
 def _not_boolean(value: object) -> object:
@@ -87,6 +100,14 @@ class Checked(BaseModel):
         given = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**{**given, **changes})
 
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """Check a mapping of values, as the constructor does."""
+        try:
+            return super().model_validate(obj, **options)
+        except ValidationError as error:
+            raise _refusal(cls, error) from None
+
     def __str__(self) -> str:
         return repr(self)
 
@@ -102,6 +123,9 @@ def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:
     cause = finding.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         return cause.within(name) if name else cause
+    if not name:
+        advice = "give it as keywords"
+        return InputError.of(model.__name__, "a table of values", finding["input"], advice)
     field = model.model_fields.get(name)
     if field is None:
         return unknown_name(name, "the name of a parameter", name, model.model_fields)

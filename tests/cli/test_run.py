@@ -200,7 +200,7 @@ def test_warning_is_one_line(tmp_path, capsys):
         ([*PHYSICAL, "--speed", "1"], "--speed"),
         ([*PHYSICAL, "--speed", "-1 mm/s"], "--speed"),
         ([*PHYSICAL, "--speed", "fast"], "--speed"),
-        (["--diameter", "481 um"], "obstacle_radius"),
+        (["--diameter", "481 um"], "--obstacle-radius"),
         ([*PHYSICAL, "--size-ratio", "5"], "--size-ratio"),
         (["--frames-every", "0"], "--frames-every"),
         (["--frames-every", "often"], "--frames-every"),

@@ -169,7 +169,7 @@ def test_reasons_are_counted_without_their_numbers(tmp_path):
         po.sweep({"vary": {"area_stiffness": [1, 2, 3]}}, tmp_path)
     reasons = summary.summarize(tmp_path).reasons
     assert list(reasons.values()) == [3]
-    assert next(iter(reasons)).endswith("; raise area_stiffness")
+    assert next(iter(reasons)).endswith("; raise area_stiffness, or lower time_step")
 
 
 def test_large_table_is_drawn_as_a_sample_and_the_picture_says_so(done, monkeypatch):

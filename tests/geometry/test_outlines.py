@@ -285,3 +285,8 @@ def test_outline_is_a_plain_tuple():
     again = Outlines.from_frames(outlines.times, list(outlines), OBSTACLES, PARAMETERS)
     assert_same(again, outlines)
     assert isinstance(outlines[0][0], Outline)
+
+
+@pytest.mark.parametrize("suffix", [".gsd", ".npz", ".csv"])
+def test_save_into_a_missing_folder_is_refused(refused, tmp_path, suffix):
+    refused("path", ragged_outlines().save, tmp_path / "missing" / f"outlines{suffix}")

@@ -96,6 +96,23 @@ def test_longest_separation_depends_on_its_unit(refused):
     refused("neck_separation", po.Parameters, neck_separation=0.6)
 
 
+def test_neck_is_no_side_of_a_resting_droplet(refused):
+    """Arcs shorter than three edges, and chords of the undeformed circle, are no necks."""
+    fraction = {"vertex_count": 30, "neck_thickness": 0.0}
+    po.Parameters(neck_separation=0.1, **fraction)
+    assert (
+        "3/vertex_count"
+        in refused("neck_separation", po.Parameters, neck_separation=0.099, **fraction).rule
+    )
+    for unit, separation, chord in (
+        ("perimeter", 0.28, math.sin(0.28 * math.pi)),
+        ("diameter", 0.28, math.sin(0.28)),
+    ):
+        neck = {"neck_separation": separation, "neck_separation_unit": unit}
+        po.Parameters(neck_thickness=0.999 * chord, **neck)
+        refused("neck_thickness", po.Parameters, neck_thickness=1.001 * chord, **neck)
+
+
 @pytest.mark.parametrize(
     ("wrong", "right"),
     [
@@ -236,10 +253,10 @@ def test_units_do_not_matter(experiment):
         "diameter": "0.481 mm",
         "obstacle_radius": "8.5e-5 m",
         "speed": "3.6 m/hour",
-        "viscosity": "48 cP",
-        "surface_tension": "20 dyn/cm",
+        "viscosity": "+.048 kg/(m*s)",
+        "surface_tension": "20. N m^-1 * m/km",
         "thickness": "85 µm",
-        "offset": "20000 nm",
+        "offset": "2e4nm",
     }
     ours, theirs = (po.Parameters.from_physical(**each) for each in (experiment, other))
     for name in ("size_ratio", "simulation_capillary_number", "offset"):
@@ -279,6 +296,17 @@ def test_pint_quantities_are_taken_from_any_registry(experiment):
         ("thickness", "85"),
         ("offset", "20 mm/s"),
         ("offset", "nan um"),
+        ("diameter", "9**9**9 um"),
+        ("diameter", "9^9^9 um"),
+        ("diameter", "9⁹⁹⁹⁹⁹⁹⁹⁹⁹ um"),
+        ("diameter", "481 um**9**9**9"),
+        ("diameter", "481 um^9^9^9"),
+        ("diameter", "481 hour⁹⁹⁹⁹⁹⁹⁹⁹⁹"),
+        ("diameter", "481 um^(9^9)"),
+        ("diameter", "480 + 1 um"),
+        ("diameter", "2 * 240 um"),
+        ("diameter", "(481) um"),
+        ("diameter", "481 " + "(" * 1000 + "um"),
     ],
 )
 def test_wrong_quantity_is_refused_by_name(refused, experiment, name, value):
@@ -301,6 +329,18 @@ def test_thickness_that_cannot_act_is_warned_of(experiment, thickness):
 
 def test_thickness_near_the_radius_passes_silently(experiment):
     po.Parameters.from_physical(**{**experiment, "thickness": "85.5 um"})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "blamed"),
+    [
+        ("viscosity", "480 Pa s", "viscosity * speed / surface_tension"),
+        ("diameter", "481 mm", "diameter / obstacle_radius"),
+        ("offset", "20 mm", "offset"),
+    ],
+)
+def test_group_out_of_range_blames_its_quantities(refused, experiment, name, value, blamed):
+    refused(blamed, po.Parameters.from_physical, **{**experiment, name: value})
 
 
 @pytest.mark.parametrize("name", ["size_ratio", "simulation_capillary_number", "scale"])
@@ -413,6 +453,24 @@ def test_what_is_not_toml_is_refused(refused, tmp_path, content):
     path = tmp_path / "c.toml"
     path.write_bytes(content)
     refused(str(path), po.Parameters.from_toml, path)
+
+
+def test_deep_nesting_is_refused(refused, tmp_path):
+    path = write(tmp_path / "c.toml", "a = " + "[" * 100_000)
+    refused(str(path), po.Parameters.from_toml, path)
+
+
+def test_byte_order_mark_is_passed_over(tmp_path):
+    path = tmp_path / "c.toml"
+    path.write_bytes(b"\xef\xbb\xbfoffset = 0.1\r\n")
+    assert po.Parameters.from_toml(path) == po.Parameters(offset=0.1)
+
+
+def test_validated_mapping_is_refused_in_our_form(refused):
+    assert po.Parameters.model_validate({"offset": 0.1}) == po.Parameters(offset=0.1)
+    refused("offset", po.Parameters.model_validate, {"offset": 99})
+    refused("ofset", po.Parameters.model_validate, {"ofset": 0.1})
+    refused("Parameters", po.Parameters.model_validate, 3)
 
 
 def test_unreadable_file_is_refused(refused, tmp_path):

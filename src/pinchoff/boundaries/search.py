@@ -10,7 +10,7 @@ import itertools
 import math
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,7 +23,8 @@ from pinchoff.boundaries.table import COLUMNS, boundary_table, write_table
 from pinchoff.errors import InputError
 from pinchoff.outcomes import run_columns
 from pinchoff.parameters import Parameters
-from pinchoff.simulation import CHUNK_SIZE, progress_bar, thread_count
+from pinchoff.progress import Show, progress_bar
+from pinchoff.simulation import CHUNK_SIZE, thread_count
 from pinchoff.validation import unknown_name
 
 if TYPE_CHECKING:
@@ -206,7 +207,7 @@ class _Runner:
         self,
         points: Sequence[Parameters],
         threads: int,
-        show: Callable[[float], None] | None,
+        show: Show | None,
     ) -> None:
         self._points = points
         self._threads = threads

@@ -34,7 +34,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "offset_broke": ("D0", "start y of the run with symmetry_broke"),
     "contact_speed": ("v_f∞", "speed at first contact, mean of these two runs"),
     "runs": ("1", "collisions that were run"),
-    "captured_runs": ("1", "those still on the obstacle at the time limit: not broken"),
+    "captured_runs": ("1", "those that had not left the obstacle at the time limit: not broken"),
     "failed_runs": ("1", "those without an outcome, see Boundary.failures"),
     "intervals": ("", "outcomes among the runs that touched, by S, from head-on outwards"),
 }

@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from pinchoff.cli.boundary import boundary
+from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
@@ -34,6 +35,7 @@ app.command()(run)
 app.command()(sweep)
 app.command()(summary)
 app.command()(boundary)
+app.command()(calibrate)
 
 
 def _print_version(wanted: bool) -> None:
@@ -71,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:
-        return _failed(_usage_message(error, given), 2)
+        return _failed(_usage_message(error, given[0]), 2)
     except (typer.Abort, KeyboardInterrupt):
         return _failed("interrupted", 1)
     except (OSError, ImportError, MemoryError) as error:
@@ -93,9 +95,10 @@ def _failed(message: str, code: int) -> int:
     return code
 
 
-def _usage_message(error: Exception, given: Sequence[str]) -> str:
+def _usage_message(error: Exception, first: str) -> str:
     """Say what the parser did not understand, in the form of our own errors where it fits."""
-    see = "see pinchoff run --help" if "run" in given else "see pinchoff --help"
+    commands = {getattr(command.callback, "__name__", "") for command in app.registered_commands}
+    see = f"see pinchoff {first} --help" if first in commands else "see pinchoff --help"
     if hasattr(error, "possibilities"):
         name = str(getattr(error, "option_name", ""))
         near = difflib.get_close_matches(name, error.possibilities or (), n=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import time
-import tomllib
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.parameters import configuration, results_folder, value_of
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
@@ -77,8 +77,8 @@ def boundary(
         ),
     ] = "24",
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = Path("boundary"),
+        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = "boundary",
     as_json: Annotated[
         bool,
         typer.Option("--json", metavar="", help="Print fit.json too.", rich_help_panel=_OUTPUT),
@@ -115,12 +115,13 @@ def boundary(
     width_number, scan_number = _number("--width", width), _number("--scan", scan)
     if scan_number.is_integer():
         scan_number = int(scan_number)
-    base = _base(config, preset)
-    _prepare(out, overwrite)
+    folder = results_folder(out)
+    base, _ = configuration(config, preset)
+    _prepare(folder, overwrite)
     started = time.perf_counter()
     line = _found(base, vary, width_number, scan_number)
     report, fit = _report(line, time.perf_counter() - started)
-    paths = _write(line, fit, report, out)
+    paths = _write(line, fit, report, folder)
     if as_json:
         print(json_text(report), end="")
     else:
@@ -149,14 +150,7 @@ def _list(place: str, text: str) -> list[Any]:
     parts = [part.strip() for part in text.strip().removeprefix("[").removesuffix("]").split(",")]
     if not all(parts):
         raise InputError.of(place, "a list of values", repr(text), "write it like 16,20,25")
-    return [_value(part) for part in parts]
-
-
-def _value(text: str) -> Any:
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except tomllib.TOMLDecodeError:
-        return text
+    return [value_of(place, part) for part in parts]
 
 
 def _number(flag: str, text: str) -> float:
@@ -167,18 +161,6 @@ def _number(flag: str, text: str) -> float:
     if not math.isfinite(value):
         raise InputError.of(flag, "a finite number", text, "see pinchoff boundary --help")
     return value
-
-
-def _base(config: Path | None, preset: str | None) -> Any:
-    from pinchoff.parameters import Parameters
-
-    if config is None:
-        return Parameters.preset(preset or "default")
-    if preset is not None:
-        raise InputError.of(
-            "--preset", "left out beside a file", preset, f"write the preset into {config}"
-        )
-    return Parameters.from_toml(config)
 
 
 def _prepare(out: Path, overwrite: bool) -> None:

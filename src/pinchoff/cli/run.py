@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import tomllib
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.parameters import changed, configuration, results_folder
 from pinchoff.cli.report import json_text, print_table, report_of
 from pinchoff.errors import InputError, SimulationError
 from pinchoff.files import written_aside
@@ -29,17 +29,6 @@ SNAPSHOTS = "snapshots.png"
 MOVIE = "movie.mp4"
 _FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)
 
-_FLAGS = {
-    "size_ratio": "--size-ratio",
-    "simulation_capillary_number": "--capillary",
-    "offset": "--offset",
-    "diameter": "--diameter",
-    "obstacle_radius": "--obstacle-radius",
-    "speed": "--speed",
-    "viscosity": "--viscosity",
-    "surface_tension": "--surface-tension",
-    "thickness": "--thickness",
-}
 _DIMENSIONLESS = "Dimensionless parameters"
 _PHYSICAL = "Physical quantities, with their units"
 _OUTPUT = "Output"
@@ -90,8 +79,8 @@ def run(
     ] = None,
     thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = Path("collision"),
+        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = "collision",
     frames_every: Annotated[
         str,
         typer.Option(
@@ -142,18 +131,25 @@ def run(
     }
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
+    folder = results_folder(out)
     with _printed_warnings():
-        parameters = _parameters(config, preset, numbers, constants or [], quantities)
+        base, preset_name = configuration(config, preset)
+        parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         _require_movie_writer()
-    _prepare(out, parameters, overwrite)
-    collision = _simulated(parameters, out / OUTLINES, interval)
+    _prepare(folder, parameters, overwrite)
+    collision = _simulated(parameters, folder / OUTLINES, interval)
     assert collision.outlines is not None
-    _draw(collision.outlines, out, movie)
-    report = report_of(collision, _preset_name(config, preset))
-    with written_aside(out / RESULTS) as unfinished:
+    _draw(collision.outlines, folder, movie)
+    report = report_of(collision, preset_name)
+    with written_aside(folder / RESULTS) as unfinished:
         unfinished.write_text(json_text(report), encoding="utf-8")
-    _announce(collision, report, [out / name for name in _FILES if (out / name).exists()], as_json)
+    written = [folder / name for name in _FILES if (folder / name).exists()]
+    _announce(collision, report, written, as_json)
+
+
+def _given(options: Mapping[str, str | None]) -> dict[str, str]:
+    return {name: text for name, text in options.items() if text is not None}
 
 
 def _has_unit(text: str | None) -> bool:
@@ -174,81 +170,6 @@ def _interval(text: str) -> float:
             "--frames-every", "a positive, finite number", text, "give a time in t0, as 0.02"
         )
     return interval
-
-
-def _parameters(
-    config: Path | None,
-    preset: str | None,
-    numbers: Mapping[str, str | None],
-    assignments: Sequence[str],
-    quantities: Mapping[str, str | None],
-) -> Parameters:
-    """Read the configuration or preset, then change what the options say."""
-    from pinchoff.parameters import Parameters
-
-    if config is not None and preset is not None:
-        raise InputError.of(
-            "--preset", "left out beside a file", preset, f"write the preset into {config}"
-        )
-    base = (
-        Parameters.preset(preset or "default") if config is None else Parameters.from_toml(config)
-    )
-    options = {name: value for name, value in numbers.items() if value is not None}
-    physical = {name: value for name, value in quantities.items() if value is not None}
-    changes = _assigned(assignments)
-    for name in options.keys() & changes.keys():
-        raise InputError.of(
-            f"--set {name}", "given once", changes[name], f"drop it or {_FLAGS[name]}"
-        )
-    changes.update(options)
-    try:
-        parameters = _physical(base, physical, changes) if physical else base.replace(**changes)
-        parameters.model_row()  # refuses an unstable time step before any file is touched
-    except InputError as error:
-        if error.argument in options or error.argument in physical:
-            flag = _FLAGS[error.argument]
-            raise InputError.of(flag, error.rule, error.got, error.advice) from None
-        raise
-    return parameters
-
-
-def _physical(
-    base: Parameters, physical: Mapping[str, str], changes: Mapping[str, Any]
-) -> Parameters:
-    """Build parameters from quantities; those not given are the configuration's."""
-    from pinchoff.parameters import Parameters
-
-    constants = {name: getattr(base, name) for name in base.model_fields_set}
-    quantities: dict[str, str | None] = dict.fromkeys(_FLAGS, None)
-    if base.scale is not None:
-        for name in ("size_ratio", "simulation_capillary_number", "offset", "scale"):
-            constants.pop(name, None)
-        quantities = {
-            "diameter": f"{base.scale.diameter_um!r} um",
-            "obstacle_radius": f"{base.scale.obstacle_radius_um!r} um",
-            "speed": f"{base.scale.speed_mm_s!r} mm/s",
-            "viscosity": f"{base.scale.viscosity_mPa_s!r} mPa s",
-            "surface_tension": f"{base.scale.surface_tension_mN_m!r} mN/m",
-            "thickness": f"{base.scale.thickness_um!r} um",
-            "offset": f"{base.offset * base.scale.diameter_um!r} um",
-        }
-    return Parameters.from_physical(**{**constants, **quantities, **physical, **changes})
-
-
-def _assigned(assignments: Sequence[str]) -> dict[str, Any]:
-    """Read NAME=VALUE pairs; a value is read as TOML has it, or else as a bare word."""
-    values: dict[str, Any] = {}
-    for assignment in assignments:
-        name, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (name and equals and text):
-            raise InputError.of("--set", "NAME=VALUE", assignment, "write it like line_tension=60")
-        if name in values:
-            raise InputError.of(f"--set {name}", "given once", text, "drop one of them")
-        try:
-            values[name] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
-            values[name] = text
-    return values
 
 
 @contextmanager
@@ -348,12 +269,6 @@ def _movie_bar() -> Iterator[Callable[[int, int], None]]:
     with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task("movie")
         yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def _preset_name(config: Path | None, preset: str | None) -> str:
-    if config is None:
-        return preset or "default"
-    return str(tomllib.loads(config.read_text(encoding="utf-8")).get("preset", "default"))
 
 
 def _announce(

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pinchoff.cli.parameters import results_folder
 from pinchoff.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def sweep(
     config: Annotated[
         Path, typer.Argument(metavar="CONFIG.toml", help="What is fixed and what is varied.")
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the dataset.")],
+    out: Annotated[str, typer.Option(metavar="DIR", help="Folder for the dataset.")],
     threads: Annotated[
         int | None, typer.Option(metavar="NUMBER", help="Threads; all cores by default.")
     ] = None,
@@ -60,13 +61,14 @@ def sweep(
     from pinchoff.sweeps import sweep as run_sweep
 
     with _named_as_options(), _printed_warnings():
+        folder = results_folder(out)
         design = SweepDesign.from_toml(config)
         if threads is not None and scheduler is not None:
             advice = "a cluster's workers have their own"
             raise InputError.of("threads", "left out beside --scheduler", threads, advice)
         try:
             with _client(scheduler) as client:
-                result = run_sweep(design, out, threads=threads, client=client)
+                result = run_sweep(design, folder, threads=threads, client=client)
         except KeyboardInterrupt:
             print(f"stopped; the same command goes on with {out}", file=sys.stderr)
             raise

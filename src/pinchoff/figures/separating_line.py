@@ -29,7 +29,8 @@ BROKE = "#009e73"
 UNBROKEN = "#7b5ea7"
 OURS = "#000000"
 
-_PAPER = (
+#: The paper's separating lines: line, name, colour and dashes.
+PAPER_LINES = (
     (PAPER_SIMULATION_LINE, "paper, simulations", "#0072b2", (0, (4, 2))),
     (PAPER_EXPERIMENT_LINE, "paper, experiments", "#d55e00", (0, (1, 1.5))),
 )
@@ -67,7 +68,7 @@ def separating_line(
             axes = _one_panel()
         control = _draw_runs(axes, boundary.runs)
         wide = np.geomspace(0.8 * control.min(), 1.25 * control.max(), 200)
-        for line, name, color, dashes in _PAPER:
+        for line, name, color, dashes in PAPER_LINES:
             label = f"{name}: {_formula(line)}"
             axes.plot(wide, line.alpha * wide**line.beta, color=color, ls=dashes, label=label)
         if fit is not None:

@@ -12,18 +12,13 @@ from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import BROKE, UNBROKEN, write_figure
-from pinchoff.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE
+from pinchoff.figures.separating_line import BROKE, PAPER_LINES, UNBROKEN, write_figure
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pinchoff.sweeps.summary import Points
 
-_LINES = (
-    (PAPER_SIMULATION_LINE, "paper, simulations", "#0072b2", (0, (4, 2))),
-    (PAPER_EXPERIMENT_LINE, "paper, experiments", "#d55e00", (0, (1, 1.5))),
-)
 _LOWEST_SYMMETRY = 0.05  # below, a droplet only grazes the obstacle
 _LARGEST, _SMALLEST = 3.0, 0.5  # markers [points]
 _CROWD = 300  # collisions that are drawn with the largest markers
@@ -86,7 +81,7 @@ def _lowest_symmetry(points: Points) -> float:
     """Return where the axis begins: well below whatever broke, and below the paper's lines."""
     broke = points.symmetry[points.broke]
     broke = broke[broke > 0]
-    ends = [line.alpha * points.forcing.max() ** line.beta for line, *_ in _LINES]
+    ends = [line.alpha * points.forcing.max() ** line.beta for line, *_ in PAPER_LINES]
     return float(min([_LOWEST_SYMMETRY, *(0.5 * broke), *(0.5 * np.array(ends))]))
 
 
@@ -114,7 +109,7 @@ def _layers(chosen: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
 
 def _draw_lines(axes: Axes) -> None:
     wide = np.geomspace(*axes.get_xlim(), 200)
-    for line, name, color, dashes in _LINES:
+    for line, name, color, dashes in PAPER_LINES:
         value = line.alpha * wide**line.beta
         seen = value <= 1.0  # there is no larger symmetry
         halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]  # stands out of a crowd

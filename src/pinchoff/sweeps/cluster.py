@@ -8,9 +8,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from pinchoff.errors import InputError, PinchoffError
+from pinchoff.progress import Show
 from pinchoff.sweeps.dataset import SweepDataset
 from pinchoff.sweeps.design import SweepDesign
-from pinchoff.sweeps.execution import Part, Show, compute_parts
+from pinchoff.sweeps.parts import Part, compute_parts
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -15,7 +15,8 @@ from typing import Any
 import numpy as np
 
 from pinchoff.errors import InputError
-from pinchoff.parameters import Parameters, read_toml
+from pinchoff.files import read_toml
+from pinchoff.parameters import Parameters
 from pinchoff.physical import (
     PHYSICAL_NAMES,
     groups_of_magnitudes,

@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import sys
-import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import numpy as np
-
-from pinchoff import _core
-from pinchoff.collisions import PARAMETER_COLUMNS
-from pinchoff.collisions_file import parquet_bytes
 from pinchoff.errors import InputError
-from pinchoff.outcomes import run_columns
+from pinchoff.outcomes import warn_of_failures
 from pinchoff.physical import warn_of_thickness
+from pinchoff.progress import Show, progress_bar, shifted
 from pinchoff.simulation import thread_count
+from pinchoff.sweeps.cluster import on_cluster
 from pinchoff.sweeps.dataset import SweepDataset, opened, read_manifest, require_same
 from pinchoff.sweeps.design import SweepDesign
+from pinchoff.sweeps.parts import Part, compute_parts
 
 if TYPE_CHECKING:
     from distributed import Client
-    from numpy.typing import NDArray
 
-    from pinchoff.parameters import Parameters
-
-Show = Callable[[int], object]
 
 _RUNS_A_THREAD = 32  # that one batch gives each thread, so that few wait for the slowest run
 
@@ -52,14 +44,6 @@ class SweepResult(NamedTuple):
     path: Path
     rows: int
     computed: int
-    failed: int
-
-
-class Part(NamedTuple):
-    """A computed part: its number, its Parquet file, and how many of its runs guards stopped."""
-
-    number: int
-    content: bytes
     failed: int
 
 
@@ -125,62 +109,17 @@ def sweep(
         missing = dataset.missing_parts()
         rows = sum(len(dataset.rows_of(part)) for part in missing)
         start = dataset.count - rows
-        with _bar(shown, "collisions", dataset.count, start) as show:
+        with progress_bar(shown, "collisions", dataset.count, start=start, unit="runs") as show:
             if client is None:
                 parts = _on_threads(design, dataset, missing, workers, show)
             else:
-                from pinchoff.sweeps.cluster import on_cluster
-
                 parts = on_cluster(design, dataset, missing, client, show)
             with closing(parts):
                 for part in parts:
                     dataset.write(part.number, part.content)
                     failed += part.failed
-    _warn_of_failures(failed, rows)
+    warn_of_failures(failed, rows)
     return SweepResult(path, dataset.count, rows, failed)
-
-
-def compute_parts(
-    design: SweepDesign, ranges: Mapping[int, range], threads: int, show: Show | None = None
-) -> list[Part]:
-    """Run some parts, together.
-
-    Parameters
-    ----------
-    design : SweepDesign
-    ranges : mapping of int to range
-        The numbers of the points of each part.
-    threads : int
-    show : callable, optional
-        Called with the number of runs that are done.
-    """
-    chunks = {part: list(design.points(rows.start, rows.stop)) for part, rows in ranges.items()}
-    models = np.array([point.model_row() for point in itertools.chain(*chunks.values())])
-    results = _core.run_many(models, None, threads, show)
-    ends = np.cumsum([len(chunk) for chunk in chunks.values()])[:-1]
-    pieces = zip(np.split(models, ends), np.split(results, ends), strict=True)
-    more = [PARAMETER_COLUMNS[axis.name] for axis in design.axes if axis.name in PARAMETER_COLUMNS]
-    parts = []
-    for (part, chunk), (model, result) in zip(chunks.items(), pieces, strict=True):
-        columns = run_columns(chunk, result, first_id=ranges[part].start)
-        columns |= _parameter_columns(design, chunk, model)
-        failed = int((columns["outcome"] == "failed").sum())
-        parts.append(Part(part, parquet_bytes(columns, more), failed))
-    return parts
-
-
-def _parameter_columns(
-    design: SweepDesign, points: Sequence[Parameters], models: NDArray[np.float64]
-) -> dict[str, NDArray[Any]]:
-    """Return the varied parameters that the table does not show anyway."""
-    columns = {}
-    for axis in design.axes:
-        if axis.name == "time_step":  # "auto" stands for a number
-            columns[axis.name] = models[:, _core.MODEL_FIELDS.index("time_step")]
-        elif axis.name in PARAMETER_COLUMNS:
-            values = [getattr(point, axis.name) for point in points]
-            columns[PARAMETER_COLUMNS[axis.name].name] = np.array(values)
-    return columns
 
 
 def _on_threads(
@@ -195,12 +134,8 @@ def _on_threads(
     done = 0
     for first in range(0, len(missing), together):
         ranges = {part: dataset.rows_of(part) for part in missing[first : first + together]}
-        yield from compute_parts(design, ranges, threads, _shifted(show, done))
+        yield from compute_parts(design, ranges, threads, shifted(show, done))
         done += sum(map(len, ranges.values()))
-
-
-def _shifted(show: Show | None, done: int) -> Show | None:
-    return None if show is None else lambda more: show(done + more)
 
 
 def _design(config: object) -> SweepDesign:
@@ -233,45 +168,5 @@ def _check(design: SweepDesign, path: Path, progress: bool) -> None:
     if manifest is not None:
         require_same(manifest, design, path)
         return
-    with _bar(progress, "checking", len(design), 0) as show:
+    with progress_bar(progress, "checking", len(design), unit="points") as show:
         design.check(show)
-
-
-def _warn_of_failures(failed: int, total: int) -> None:
-    if failed:
-        warnings.warn(
-            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
-            "reject_reason",
-            RuntimeWarning,
-            stacklevel=3,
-        )
-
-
-@contextmanager
-def _bar(wanted: bool, label: str, total: int, start: int) -> Iterator[Show | None]:
-    """Show a bar with the rate and the time left on stderr; give the function that moves it."""
-    if not wanted:
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        ProgressColumn,
-        Task,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-    from rich.text import Text
-
-    class Rate(ProgressColumn):
-        def render(self, task: Task) -> Text:
-            speed = task.finished_speed or task.speed
-            return Text("" if speed is None else f"{speed:.3g}/s")
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), Rate())
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as bar:
-        task = bar.add_task(label, total=total, completed=start)
-        yield lambda done: bar.update(task, completed=start + done)
-        bar.update(task, completed=total)

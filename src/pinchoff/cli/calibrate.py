@@ -1,0 +1,277 @@
+"""``pinchoff calibrate``: constants that bring a separating line out, with a report."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pinchoff.cli.report import json_text
+from pinchoff.errors import InputError
+from pinchoff.files import written_aside
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pinchoff.calibrations.fitting import Calibration
+    from pinchoff.calibrations.targets import Target
+
+RESULT = "calibration.json"
+LINE = "line.png"
+SENSITIVITY = "sensitivity.csv"
+
+_SEARCH = "Search"
+_OUTPUT = "Output"
+_FREE = ("edge_stiffness", "neck_thickness")
+_FLAGS = {name: f"--{name}" for name in ("points", "width", "scan", "evaluations", "free", "grid")}
+
+
+def calibrate(
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="TARGET",
+            help="paper-simulation, paper-experiment, ALPHA,BETA[,LOW,HIGH] of a line over a "
+            "range of Ca Ã z̃, or a Parquet or CSV file of collisions.",
+        ),
+    ],
+    config: Annotated[
+        Path | None,
+        typer.Argument(metavar="[CONFIG.toml]", help="The other constants, as for run."),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="The other constants by name.", rich_help_panel=_SEARCH)
+    ] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME[=LOW,HIGH]",
+            help="A constant to fit: edge_stiffness, neck_separation, neck_thickness, "
+            "line_tension or conversion (c in Ca = c Ca_sim); may be repeated. By default "
+            "edge_stiffness and neck_thickness.",
+            rich_help_panel=_SEARCH,
+        ),
+    ] = None,
+    points: Annotated[int, typer.Option(help="Places in Ca Ã z̃.", rich_help_panel=_SEARCH)] = 6,
+    width: Annotated[
+        float, typer.Option(help="Largest width of a bracket, in S.", rich_help_panel=_SEARCH)
+    ] = 0.005,
+    scan: Annotated[
+        int, typer.Option(help="Intervals of the scan over the offset.", rich_help_panel=_SEARCH)
+    ] = 16,
+    evaluations: Annotated[
+        int, typer.Option(help="The most evaluations of the search.", rich_help_panel=_SEARCH)
+    ] = 80,
+    grid: Annotated[
+        int,
+        typer.Option(
+            help="Values of each constant for the landscapes; 0: none.", rich_help_panel=_OUTPUT
+        ),
+    ] = 6,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = Path("calibration"),
+    as_json: Annotated[
+        bool,
+        typer.Option(
+            "--json", metavar="", help="Print calibration.json alone.", rich_help_panel=_OUTPUT
+        ),
+    ] = False,
+) -> None:
+    """Choose constants so that droplets break where a target says.
+
+    Every evaluation is a simulated separating line. DIR keeps them as they are made: the same
+    command takes up where an earlier one was stopped, and other settings are refused. DIR gets
+
+    - calibration.json: the best constants, sensitivities, the conversion Ca = c Ca_sim
+    - line.png: the line before and after, and the target
+    - landscape_*.png: the objective over pairs of constants
+    - sensitivity.csv: how S_c answers to each constant
+    - evaluations.jsonl: every evaluation
+
+    [bold]Examples[/bold]
+
+    pinchoff calibrate paper-simulation --free edge_stiffness --free neck_thickness --out fit
+
+    pinchoff calibrate 0.083,-0.74,0.04,0.2 --free edge_stiffness=1,6 --grid 0 --out fit
+
+    pinchoff calibrate collisions.parquet --free conversion --free edge_stiffness --out mine
+    """
+    aim, constants = _target(target), _bounds(free or _FREE)
+    base = _base(config, preset)
+    _prepare(out)
+    started = time.perf_counter()
+    options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
+    found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": out})
+    report = _report(found, time.perf_counter() - started)
+    paths = _write(found, report, out)
+    if as_json:
+        print(json_text(report), end="")
+        return
+    _print(found, report)
+    for path in paths:
+        print(f"wrote {path}")
+
+
+def _target(text: str) -> Target:
+    """Read numbers between commas as a line, and leave anything else to the library."""
+    from pinchoff.calibrations.targets import LineTarget, as_target
+
+    try:
+        numbers = [float(part) for part in text.split(",")]
+    except ValueError:
+        numbers = []
+    if numbers and len(numbers) not in (2, 4):
+        rule = "a preset, a file, or ALPHA,BETA or ALPHA,BETA,LOW,HIGH"
+        raise InputError.of("TARGET", rule, text, "write it like 0.089,-0.72,0.04,0.2")
+    try:
+        if len(numbers) == 2:
+            return LineTarget(numbers[0], numbers[1])
+        if numbers:
+            return LineTarget(numbers[0], numbers[1], (numbers[2], numbers[3]))
+        return as_target(text)
+    except InputError as error:
+        if error.argument in ("alpha", "beta", "control_range", "target"):
+            rule = error.rule if error.argument == "target" else f"{error.argument} {error.rule}"
+            raise InputError.of("TARGET", rule, error.got, error.advice) from None
+        raise
+
+
+def _bounds(free: Sequence[str]) -> dict[str, tuple[float, float] | None]:
+    constants: dict[str, tuple[float, float] | None] = {}
+    for text in free:
+        name, equals, ends = (part.strip() for part in text.partition("="))
+        if name in constants:
+            raise InputError.of("--free", "given once for each constant", text, "drop one of them")
+        constants[name] = _pair(text, ends) if equals else None
+    return constants
+
+
+def _pair(text: str, ends: str) -> tuple[float, float]:
+    try:
+        low, high = (float(part) for part in ends.split(","))
+    except ValueError:
+        advice = "write it like edge_stiffness=1,6"
+        raise InputError.of("--free", "NAME or NAME=LOW,HIGH", text, advice) from None
+    return low, high
+
+
+def _base(config: Path | None, preset: str | None) -> Any:
+    from pinchoff.parameters import Parameters
+
+    if config is None:
+        return Parameters.preset(preset or "default")
+    if preset is not None:
+        raise InputError.of(
+            "--preset", "left out beside a file", preset, f"write the preset into {config}"
+        )
+    return Parameters.from_toml(config)
+
+
+def _prepare(out: Path) -> None:
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        with written_aside(out / ".writable") as unfinished:
+            unfinished.touch()
+        (out / ".writable").unlink()
+    except OSError as error:
+        got = f"{out} ({error.strerror})"
+        rule = "a folder that can be written to"
+        raise InputError.of("--out", rule, got, "choose another") from None
+
+
+def _calibrated(
+    target: Target, constants: Mapping[str, Any], base: Any, options: Mapping[str, Any]
+) -> Calibration:
+    from pinchoff.calibrations.fitting import calibrate as fit
+
+    try:
+        return fit(target, constants, base, **options)
+    except InputError as error:
+        head, _, rest = error.argument.partition("[")
+        if head not in _FLAGS:
+            raise
+        flag = _FLAGS[head] + (f" {rest[1:-2]}" if rest else "")
+        raise InputError.of(flag, error.rule, error.got, error.advice) from None
+
+
+def _report(found: Calibration, seconds: float) -> dict[str, Any]:
+    from pinchoff import __version__
+
+    report = found.to_dict()
+    return {
+        "pinchoff_version": __version__,
+        **{name: _jsonable(value) for name, value in report.items()},
+        "seconds": round(seconds, 3),
+    }
+
+
+def _jsonable(value: Any) -> Any:
+    """Return the value with None where it is not a finite number."""
+    if isinstance(value, Mapping):
+        return {str(name): _jsonable(each) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_jsonable(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:
+    from pinchoff.calibrations.fitting import LOG
+    from pinchoff.figures.calibration import calibrated_line, objective_landscape
+    from pinchoff.figures.separating_line import write_figure
+
+    paths = [out / RESULT, out / SENSITIVITY, out / LINE]
+    with written_aside(paths[0]) as unfinished:
+        unfinished.write_text(json_text(report), encoding="utf-8")
+    with written_aside(paths[1]) as unfinished:
+        found.sensitivity.to_csv(unfinished, index=False)
+    write_figure(paths[2], calibrated_line(found))
+    unit = found.parameters.neck_separation_unit
+    said = "/ perimeter" if unit == "perimeter" else r"/ $D_0$"
+    for surface in found.landscapes:
+        paths.append(out / f"landscape_{'_'.join(surface.names)}.png")
+        label = found.target.objective_name
+        write_figure(paths[-1], objective_landscape(surface, label, said))
+    return [*paths, out / LOG]
+
+
+def _print(found: Calibration, report: Mapping[str, Any]) -> None:
+    from rich.console import Console
+
+    start, best = found.start, found.best
+    for name, value in best.changes.items():
+        bound = ", at its bound" if name in found.at_bound else ""
+        print(f"{name} = {value:.4g} (base: {start.changes[name]:.4g}{bound})")
+    print(
+        f"{found.target.objective_name}: {best.objective:.4f} (base: {start.objective:.4f}); "
+        f"{report['evaluations']} evaluations in {report['seconds']:.1f} s"
+        + ("" if found.converged else "; the search was not at its end, raise --evaluations")
+    )
+    Console().print(_sensitivity(found))
+    c = found.conversion
+    if c is None:
+        print("conversion: target or simulation have no onset to match")
+    else:
+        print(f"conversion Ca = c Ca_sim from the onset: c = {c.value:.3g}, ", end="")
+        print(f"from {c.low:.3g} to {c.high:.3g} over vertex counts and brackets")
+
+
+def _sensitivity(found: Calibration) -> Table:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    shown = Table(box=SIMPLE_HEAD)
+    shown.add_column("constant")
+    for head in ("value", "d ln S_c / d ln constant", "largest"):
+        shown.add_column(head, justify="right")
+    for row in found.sensitivity.to_dict("records"):
+        numbers = (row["mean"], row["largest"])
+        said = [
+            "" if number is None or number != number else f"{number:+.2f}" for number in numbers
+        ]
+        shown.add_row(row["constant"], f"{row['value']:.4g}", *said)
+    return shown

@@ -1,0 +1,100 @@
+"""``pinchoff calibrate``: what it writes, that it resumes, and how it refuses."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pandas as pd
+import pytest
+
+from pinchoff.calibrations import trials
+from pinchoff.cli import main
+
+FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
+QUICK = ["--points", 3, "--width", 0.03, "--scan", 6, "--evaluations", 3]
+LANDSCAPES = [
+    "landscape_edge_stiffness_neck_separation.png",
+    "landscape_neck_separation_neck_thickness.png",
+]
+ALWAYS = ["calibration.json", "evaluations.jsonl", "line.png", "sensitivity.csv"]
+
+
+def calibrate(*arguments):
+    return main(["calibrate", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def out(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("calibrate") / "new" / "fit"
+    assert calibrate("paper-simulation", *QUICK, "--grid", 3, "--out", folder) == 0
+    return folder
+
+
+def test_the_report(out):
+    assert sorted(path.name for path in out.iterdir()) == sorted([*ALWAYS, *LANDSCAPES])
+    report = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
+    assert set(report["best"]) == {"edge_stiffness", "neck_thickness"}
+    assert report["objective"] <= report["objective_of_base"]
+    assert report["parameters"]["edge_stiffness"] == report["best"]["edge_stiffness"]
+    c = report["conversion"]
+    assert 5e-5 < c["low"] <= c["value"] <= c["high"] < 2e-4
+    lines = (out / "evaluations.jsonl").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + report["evaluations"]
+    # More edge stiffness pulls the droplet together, a thicker limit lets it break.
+    mean = pd.read_csv(out / "sensitivity.csv").set_index("constant")["mean"]
+    assert mean["edge_stiffness"] > 0 > mean["neck_thickness"]
+    assert abs(mean["line_tension"]) < 0.1
+
+
+def test_the_same_command_takes_up_the_evaluations(out, monkeypatch, capsys):
+    before = (out / "evaluations.jsonl").read_bytes()
+    monkeypatch.setattr(trials, "boundary", None)  # nothing is left to simulate
+    assert calibrate("paper-simulation", *QUICK, "--grid", 3, "--out", out, "--json") == 0
+    report = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
+    assert json.loads(capsys.readouterr().out) == report
+    assert (out / "evaluations.jsonl").read_bytes() == before
+
+
+def test_another_calibration_in_its_folder_is_refused(out, capsys):
+    assert calibrate("paper-experiment", *QUICK, "--out", out) == 2
+    printed = capsys.readouterr()
+    assert FORM.fullmatch(printed.err)["argument"] == str(out / "evaluations.jsonl")
+    assert "target" in printed.err
+
+
+@pytest.mark.parametrize(
+    ("argument", "options"),
+    [
+        ("TARGET", ["paper"]),
+        ("TARGET", ["0.1,0.7"]),
+        ("TARGET", ["0.1,-0.7,0.2,0.1"]),
+        ("TARGET", ["0.1,-0.7,0.2"]),
+        ("nowhere.csv", ["nowhere.csv"]),
+        ("--free", ["paper-simulation", "--free", "edge_stifness"]),
+        ("--free", ["paper-simulation", "--free", "vertex_count"]),
+        ("--free", ["paper-simulation", "--free", "edge_stiffness=2"]),
+        ("--free", ["paper-simulation", "--free", "edge_stiffness", "--free", "edge_stiffness"]),
+        ("--free edge_stiffness", ["paper-simulation", "--free", "edge_stiffness=5,2"]),
+        ("--points", ["paper-simulation", "--points", 1]),
+        ("--width", ["paper-simulation", "--width", 0]),
+        ("--evaluations", ["paper-simulation", "--evaluations", 0]),
+        ("preset", ["paper-simulation", "--preset", "defautl"]),
+    ],
+)
+def test_wrong_input_is_refused(tmp_path, capsys, argument, options):
+    assert calibrate(*options, "--out", tmp_path / "a") == 2
+    printed = capsys.readouterr()
+    assert FORM.fullmatch(printed.err)["argument"] == argument
+    assert printed.out == ""
+
+
+def test_a_folder_that_cannot_be_made(tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert calibrate("paper-simulation", "--out", tmp_path / "file" / "a") == 2
+    assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
+
+
+def test_help_has_an_example(capsys):
+    assert calibrate("--help") == 0
+    assert "pinchoff calibrate paper-simulation" in capsys.readouterr().out
