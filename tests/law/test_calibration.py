@@ -212,6 +212,17 @@ def test_a_search_ends_at_a_bound_and_says_so(soft, search_only):
     assert found.evaluations["edge_stiffness"].max() <= 4.5
 
 
+def test_constants_that_do_not_go_together_are_passed_by(search_only):
+    """A neck thickness that breaks a round droplet is refused by the model, not by the search."""
+    literal = po.Parameters.preset("literal-separation", neck_thickness=0.26)
+    found = po.calibrate(
+        "paper-simulation", {"neck_thickness": (0.25, 0.5)}, literal, evaluations=6, **QUICK
+    )
+    assert (found.evaluations["objective"] == trials.UNDECIDED).any()
+    assert found.best.objective < trials.UNDECIDED
+    assert found.parameters.neck_thickness < 0.2764
+
+
 def test_a_search_that_was_cut_short_says_so(search_only):
     found = po.calibrate("paper-simulation", ["neck_thickness"], evaluations=2, **QUICK)
     assert not found.converged

@@ -32,7 +32,10 @@ LEAST_SYMMETRY = 0.01
 """Least critical symmetry that is told apart: a droplet hardly grazes the obstacle there."""
 
 UNDECIDED = 10.0
-"""Objective of constants with which guards stopped the runs that decide."""
+"""Objective of constants that are refused together, or with which guards stop what decides."""
+
+REFUSED = "refused"
+"""Status of every place with constants that the model refuses together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +51,7 @@ class Evaluation:
     critical_symmetry : ndarray, shape (n,)
         S_c at each place; above 1 where not even a head-on droplet breaks, see `effective`.
     status : tuple of n str
-        As in `pinchoff.boundaries.bracketing.STATUSES`.
+        As in `pinchoff.boundaries.bracketing.STATUSES`, or `REFUSED`.
     runs, failed_runs : int
         Collisions, and those without an outcome.
     """
@@ -171,7 +174,12 @@ class Trials:
         return self._base.replace(**constants)
 
     def _evaluate(self, changes: Mapping[str, float]) -> Evaluation:
-        model = self.parameters(changes)
+        try:
+            model = self.parameters(changes)
+        except InputError:  # each is within its bounds, but not beside the others
+            count = self._control.size
+            nothing = np.full(count, math.nan)
+            return Evaluation(dict(changes), UNDECIDED, nothing, (REFUSED,) * count, 0, 0)
         conversion = changes.get(CONVERSION, CA_PER_CA_SIM)
         ca = self._control / (conversion * model.normalized_area * model.normalized_thickness)
         with warnings.catch_warnings():

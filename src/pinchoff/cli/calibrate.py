@@ -257,7 +257,7 @@ def _print(found: Calibration, report: Mapping[str, Any]) -> None:
         print("conversion: target or simulation have no onset to match")
     else:
         print(f"conversion Ca = c Ca_sim from the onset: c = {c.value:.3g}, ", end="")
-        print(f"from {c.low:.3g} to {c.high:.3g} over vertex counts and brackets")
+        print(f"from {c.low:.3g} to {c.high:.3g} over vertex counts, brackets and target")
 
 
 def _sensitivity(found: Calibration) -> Table:
