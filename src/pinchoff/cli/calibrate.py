@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.parameters import configuration, results_folder
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
@@ -73,8 +74,8 @@ def calibrate(
         ),
     ] = 6,
     out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = Path("calibration"),
+        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
+    ] = "calibration",
     as_json: Annotated[
         bool,
         typer.Option(
@@ -101,14 +102,15 @@ def calibrate(
 
     pinchoff calibrate collisions.parquet --free conversion --free edge_stiffness --out mine
     """
+    folder = results_folder(out)
     aim, constants = _target(target), _bounds(free or _FREE)
-    base = _base(config, preset)
-    _prepare(out)
+    base, _ = configuration(config, preset)
+    _prepare(folder)
     started = time.perf_counter()
     options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
-    found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": out})
+    found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
     report = _report(found, time.perf_counter() - started)
-    paths = _write(found, report, out)
+    paths = _write(found, report, folder)
     if as_json:
         print(json_text(report), end="")
         return
@@ -158,18 +160,6 @@ def _pair(text: str, ends: str) -> tuple[float, float]:
         advice = "write it like edge_stiffness=1,6"
         raise InputError.of("--free", "NAME or NAME=LOW,HIGH", text, advice) from None
     return low, high
-
-
-def _base(config: Path | None, preset: str | None) -> Any:
-    from pinchoff.parameters import Parameters
-
-    if config is None:
-        return Parameters.preset(preset or "default")
-    if preset is not None:
-        raise InputError.of(
-            "--preset", "left out beside a file", preset, f"write the preset into {config}"
-        )
-    return Parameters.from_toml(config)
 
 
 def _prepare(out: Path) -> None:
