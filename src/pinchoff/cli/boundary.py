@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import configuration, results_folder, value_of
+from pinchoff.cli.parameters import (
+    OUTPUT,
+    OutFolder,
+    Overwrite,
+    configuration,
+    results_folder,
+    value_of,
+)
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
@@ -36,7 +43,6 @@ _PAPER_RANGE = "16,20,25,32,40,50,64,80"
 _FLAGS = {"simulation_capillary_number": "--capillary", "size_ratio": "--size-ratio"}
 _SYMBOLS = {"simulation_capillary_number": "Ca_sim", "size_ratio": "D0/R", "line_tension": "γ̃"}
 _POINTS = "Points"
-_OUTPUT = "Output"
 
 
 def boundary(
@@ -76,19 +82,12 @@ def boundary(
             metavar="NUMBER", help="Intervals of the scan over the offset.", rich_help_panel=_POINTS
         ),
     ] = "24",
-    out: Annotated[
-        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = "boundary",
+    out: OutFolder = "boundary",
     as_json: Annotated[
         bool,
-        typer.Option("--json", metavar="", help="Print fit.json too.", rich_help_panel=_OUTPUT),
+        typer.Option("--json", metavar="", help="Print fit.json too.", rich_help_panel=OUTPUT),
     ] = False,
-    overwrite: Annotated[
-        bool,
-        typer.Option(
-            "--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=_OUTPUT
-        ),
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Find the symmetry at which droplets begin to break.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import configuration, results_folder
+from pinchoff.cli.parameters import OUTPUT, OutFolder, configuration, results_folder
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
@@ -26,7 +26,6 @@ LINE = "line.png"
 SENSITIVITY = "sensitivity.csv"
 
 _SEARCH = "Search"
-_OUTPUT = "Output"
 _FREE = ("edge_stiffness", "neck_thickness")
 _FLAGS = {name: f"--{name}" for name in ("points", "width", "scan", "evaluations", "free", "grid")}
 
@@ -70,16 +69,14 @@ def calibrate(
     grid: Annotated[
         int,
         typer.Option(
-            help="Values of each constant for the landscapes; 0: none.", rich_help_panel=_OUTPUT
+            help="Values of each constant for the landscapes; 0: none.", rich_help_panel=OUTPUT
         ),
     ] = 6,
-    out: Annotated[
-        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = "calibration",
+    out: OutFolder = "calibration",
     as_json: Annotated[
         bool,
         typer.Option(
-            "--json", metavar="", help="Print calibration.json alone.", rich_help_panel=_OUTPUT
+            "--json", metavar="", help="Print calibration.json alone.", rich_help_panel=OUTPUT
         ),
     ] = False,
 ) -> None:

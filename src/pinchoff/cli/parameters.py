@@ -1,16 +1,29 @@
-"""Options of the command line that become parameters."""
+"""Options that several commands share, and how options become parameters."""
 
 from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
 
 from pinchoff.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.parameters import Parameters
+
+OUTPUT = "Output"
+"""Heading of the options that say what is written where."""
+
+OutFolder = Annotated[
+    str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=OUTPUT)
+]
+Overwrite = Annotated[
+    bool,
+    typer.Option("--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=OUTPUT),
+]
 
 FLAGS = {
     "size_ratio": "--size-ratio",

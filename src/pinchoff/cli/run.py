@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import changed, configuration, results_folder
+from pinchoff.cli.parameters import (
+    OUTPUT,
+    OutFolder,
+    Overwrite,
+    changed,
+    configuration,
+    results_folder,
+)
 from pinchoff.cli.report import json_text, print_table, report_of
 from pinchoff.errors import InputError, SimulationError
 from pinchoff.files import written_aside
@@ -31,7 +38,6 @@ _FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)
 
 _DIMENSIONLESS = "Dimensionless parameters"
 _PHYSICAL = "Physical quantities, with their units"
-_OUTPUT = "Output"
 
 
 def _number(flag: str, meaning: str) -> Any:
@@ -78,31 +84,24 @@ def run(
         str | None, _quantity("--surface-tension", "Interface, γ", "20 mN/m")
     ] = None,
     thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
-    out: Annotated[
-        str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=_OUTPUT)
-    ] = "collision",
+    out: OutFolder = "collision",
     frames_every: Annotated[
         str,
         typer.Option(
-            metavar="NUMBER", help="Time between stored outlines, in t0.", rich_help_panel=_OUTPUT
+            metavar="NUMBER", help="Time between stored outlines, in t0.", rich_help_panel=OUTPUT
         ),
     ] = "0.02",
     movie: Annotated[
         bool,
-        typer.Option("--movie", metavar="", help="Make movie.mp4 too.", rich_help_panel=_OUTPUT),
+        typer.Option("--movie", metavar="", help="Make movie.mp4 too.", rich_help_panel=OUTPUT),
     ] = False,
     as_json: Annotated[
         bool,
         typer.Option(
-            "--json", metavar="", help="Print the results as JSON.", rich_help_panel=_OUTPUT
+            "--json", metavar="", help="Print the results as JSON.", rich_help_panel=OUTPUT
         ),
     ] = False,
-    overwrite: Annotated[
-        bool,
-        typer.Option(
-            "--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=_OUTPUT
-        ),
-    ] = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Simulate one droplet that meets one obstacle.
 
