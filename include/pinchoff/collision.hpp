@@ -83,7 +83,7 @@ public:
     std::vector<Vec2> synchronized_velocities(std::size_t droplet);
 
     /// Energies of all droplets, term by term.
-    Energies energies();
+    Energies energies() const;
     Result result() const;
 
 private:

@@ -218,8 +218,9 @@ inline void Collision::break_up(std::size_t index) {
     shift_velocities(-0.5 * time_step_);
 }
 
-inline Energies Collision::energies() {
-    list_contacts();
+/// The contacts are those of the present block's lists, which are complete up to its end: a report
+/// must neither build new ones nor fire a guard.
+inline Energies Collision::energies() const {
     Energies sum;
     for (const Droplet& d : droplets_) add_energies(sum, d, obstacles_);
     for (const DropletContact& c : lists_.touches) {

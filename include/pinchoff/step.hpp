@@ -3,8 +3,8 @@
 // With ζ = μ D0/M the equation of motion of a vertex is dv/dt = F(r)/m + ζ (v_f(r) - v). Velocities
 // live half a step before positions. Over one step, with the position-dependent part frozen at its
 // middle, v relaxes by 1 - exp(-ζ Δt) towards v_f + F/(m ζ), then r moves by Δt v. That is
-// symmetric about the position, so second order for any ζ Δt, and without drag it is velocity
-// Verlet.
+// symmetric about the position, so second order, and without drag it is velocity Verlet. Where ζ Δt
+// is large the velocity follows the forces with a lag that stays below half a step.
 #pragma once
 
 #include <algorithm>
@@ -211,7 +211,6 @@ inline void push_droplets_apart(const Scene& scene) {
 
 /// Contact forces of this instant into push_x, push_y of the rings that take part.
 inline void push_contacts(const Scene& scene) {
-    if (scene.wall_count == 0 && scene.touch_count == 0) return;
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
