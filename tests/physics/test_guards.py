@@ -67,6 +67,17 @@ def test_no_outcome_when_the_obstacle_went_through_an_edge(model, system, result
     assert stopped > 0
 
 
+def test_obstacle_smaller_than_a_step_is_not_passed_unseen(model, system, result):
+    """R = 1e-9 D0: no vertex and no edge is ever within R/4, yet the centre is in the droplet."""
+    row = model(offset=0.05)
+    one = system(row, None, [[0.0, 0.0, 1e-9]], [[-1.0, 0.05, 1.0]])
+    one.advance(10.0)
+    ended = result(one)
+    assert guard_of(ended) == "penetration"
+    assert ended["guard_value"] > 1  # past the centre
+    assert ended["guard_time"] < 1
+
+
 def test_soft_area_is_caught(model, run):
     """k̃_a so small that line tension squeezes out more than 1 % of the area."""
     (got,) = run(model(area_stiffness=5e3))
