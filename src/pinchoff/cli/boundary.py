@@ -12,14 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import (
-    OUTPUT,
-    OutFolder,
-    Overwrite,
-    configuration,
-    results_folder,
-    value_of,
-)
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, configuration, value_of
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
@@ -116,7 +110,7 @@ def boundary(
         scan_number = int(scan_number)
     folder = results_folder(out)
     base, _ = configuration(config, preset)
-    _prepare(folder, overwrite)
+    prepare_folder(folder, _FILES, overwrite=overwrite)
     started = time.perf_counter()
     line = _found(base, vary, width_number, scan_number)
     report, fit = _report(line, time.perf_counter() - started)
@@ -160,33 +154,6 @@ def _number(flag: str, text: str) -> float:
     if not math.isfinite(value):
         raise InputError.of(flag, "a finite number", text, "see pinchoff boundary --help")
     return value
-
-
-def _prepare(out: Path, overwrite: bool) -> None:
-    """Make the folder, free of results.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written to, or holds results that may not be replaced.
-    """
-    try:
-        present = [out / name for name in _FILES if (out / name).exists()]
-        if present and not overwrite:
-            advice = "add --overwrite, or choose another folder"
-            got = f"{out} (it holds {present[0].name})"
-            raise InputError.of("--out", "a folder without results", got, advice)
-        out.mkdir(parents=True, exist_ok=True)
-        with written_aside(out / FIT) as unfinished:
-            unfinished.touch()
-        for path in present:
-            path.unlink()
-        (out / FIT).unlink(missing_ok=True)
-    except OSError as error:
-        got = f"{out} ({error.strerror})"
-        raise InputError.of(
-            "--out", "a folder that can be written to", got, "choose another"
-        ) from None
 
 
 def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) -> Boundary:

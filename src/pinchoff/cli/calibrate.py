@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import OUTPUT, OutFolder, configuration, results_folder
-from pinchoff.cli.report import json_text
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.parameters import OUTPUT, OutFolder, configuration
+from pinchoff.cli.report import json_text, jsonable
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
 
@@ -102,7 +102,7 @@ def calibrate(
     folder = results_folder(out)
     aim, constants = _target(target), _bounds(free or _FREE)
     base, _ = configuration(config, preset)
-    _prepare(folder)
+    prepare_folder(folder)
     started = time.perf_counter()
     options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
     found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
@@ -159,18 +159,6 @@ def _pair(text: str, ends: str) -> tuple[float, float]:
     return low, high
 
 
-def _prepare(out: Path) -> None:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with written_aside(out / ".writable") as unfinished:
-            unfinished.touch()
-        (out / ".writable").unlink()
-    except OSError as error:
-        got = f"{out} ({error.strerror})"
-        rule = "a folder that can be written to"
-        raise InputError.of("--out", rule, got, "choose another") from None
-
-
 def _calibrated(
     target: Target, constants: Mapping[str, Any], base: Any, options: Mapping[str, Any]
 ) -> Calibration:
@@ -192,18 +180,9 @@ def _report(found: Calibration, seconds: float) -> dict[str, Any]:
     report = found.to_dict()
     return {
         "pinchoff_version": __version__,
-        **{name: _jsonable(value) for name, value in report.items()},
+        **jsonable(report),
         "seconds": round(seconds, 3),
     }
-
-
-def _jsonable(value: Any) -> Any:
-    """Return the value with None where it is not a finite number."""
-    if isinstance(value, Mapping):
-        return {str(name): _jsonable(each) for name, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_jsonable(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:

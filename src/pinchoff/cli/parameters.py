@@ -38,19 +38,6 @@ FLAGS = {
 }
 
 
-def results_folder(text: str) -> Path:
-    """Read the value of --out.
-
-    Raises
-    ------
-    InputError
-        It is empty, or has bytes that are no letters: some of the files could not be written.
-    """
-    if not text.strip() or any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise InputError.of("--out", "the name of a folder", repr(text), "choose another")
-    return Path(text)
-
-
 def value_of(place: str, text: str) -> Any:
     """Read a value as TOML has it, or else as a bare word.
 

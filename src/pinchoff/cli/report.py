@@ -1,10 +1,13 @@
-"""What ``pinchoff run`` reports: collision.json and the table on the terminal."""
+"""What commands report: JSON, warnings, and the results of one collision as a table."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+import sys
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -68,6 +71,26 @@ def _finite(value: float) -> float | None:
 def json_text(report: Mapping[str, Any]) -> str:
     """Return a report as JSON in the strict sense: no NaN."""
     return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def jsonable(value: Any) -> Any:
+    """Return the value as JSON can hold it, with None where it is not a finite number."""
+    if isinstance(value, Mapping):
+        return {str(name): jsonable(each) for name, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [jsonable(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+@contextmanager
+def printed_warnings() -> Iterator[None]:
+    """Print each warning once, as one line on stderr."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        warnings.simplefilter("always", RuntimeWarning)
+        yield
+    for message in dict.fromkeys(str(warning.message) for warning in caught):
+        print(f"warning: {message}", file=sys.stderr)
 
 
 def print_table(row: Mapping[str, Any]) -> None:

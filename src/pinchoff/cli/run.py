@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import sys
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,15 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.parameters import (
-    OUTPUT,
-    OutFolder,
-    Overwrite,
-    changed,
-    configuration,
-    results_folder,
-)
-from pinchoff.cli.report import json_text, print_table, report_of
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, changed, configuration
+from pinchoff.cli.report import json_text, print_table, printed_warnings, report_of
 from pinchoff.errors import InputError, SimulationError
 from pinchoff.files import written_aside
 
@@ -131,12 +124,14 @@ def run(
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
     folder = results_folder(out)
-    with _printed_warnings():
+    with printed_warnings():
         base, preset_name = configuration(config, preset)
         parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         _require_movie_writer()
-    _prepare(folder, parameters, overwrite)
+    prepare_folder(
+        folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
+    )
     collision = _simulated(parameters, folder / OUTLINES, interval)
     assert collision.outlines is not None
     _draw(collision.outlines, folder, movie)
@@ -171,59 +166,18 @@ def _interval(text: str) -> float:
     return interval
 
 
-@contextmanager
-def _printed_warnings() -> Iterator[None]:
-    """Print each warning once, as one line on stderr."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", UserWarning)
-        yield
-    for message in dict.fromkeys(str(warning.message) for warning in caught):
-        print(f"warning: {message}", file=sys.stderr)
-
-
 def _require_movie_writer() -> None:
     from pinchoff.figures.movie import require_pyav
 
     require_pyav()
 
 
-def _prepare(out: Path, parameters: Parameters, overwrite: bool) -> None:
-    """Make the folder, free of results.
-
-    Raises
-    ------
-    InputError
-        If it cannot be made or written to, or holds results that may not be replaced.
-    """
-    try:
-        present = [out / name for name in _FILES if (out / name).exists()]
-        if present and not overwrite:
-            raise InputError.of(
-                "--out",
-                "a folder without results",
-                f"{out} ({_description(out / RESULTS, parameters)})",
-                "add --overwrite, or choose another folder",
-            )
-        out.mkdir(parents=True, exist_ok=True)
-        for path in present:
-            path.unlink()
-        with written_aside(out / OUTLINES) as unfinished:
-            unfinished.touch()
-    except OSError as error:
-        raise InputError.of(
-            "--out",
-            "a folder that can be written to",
-            f"{out} ({error.strerror})",
-            "choose another",
-        ) from error
-
-
-def _description(results: Path, parameters: Parameters) -> str:
+def _description(out: Path, parameters: Parameters) -> str:
     """Say what the results in a folder are, compared with the run that is asked for."""
     from pinchoff import __version__
 
     try:
-        report = json.loads(results.read_text(encoding="utf-8"))
+        report = json.loads((out / RESULTS).read_text(encoding="utf-8"))
         same = report["parameters"] == parameters.model_dump(mode="json")
         version = report["pinchoff_version"]
     except (OSError, ValueError, KeyError, TypeError):

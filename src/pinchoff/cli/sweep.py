@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-import warnings
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.parameters import results_folder
+from pinchoff.cli.folders import results_folder
+from pinchoff.cli.report import printed_warnings
 from pinchoff.errors import InputError
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def sweep(
     from pinchoff.sweeps import SweepDesign
     from pinchoff.sweeps import sweep as run_sweep
 
-    with _named_as_options(), _printed_warnings():
+    with _named_as_options(), printed_warnings():
         folder = results_folder(out)
         design = SweepDesign.from_toml(config)
         if threads is not None and scheduler is not None:
@@ -83,16 +83,6 @@ def _named_as_options() -> Iterator[None]:
     except InputError as error:
         name = _FLAGS.get(error.argument, error.argument)
         raise InputError.of(name, error.rule, error.got, error.advice) from error
-
-
-@contextmanager
-def _printed_warnings() -> Iterator[None]:
-    """Print each warning once, as one line on stderr."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        yield
-    for message in dict.fromkeys(str(warning.message) for warning in caught):
-        print(f"warning: {message}", file=sys.stderr)
 
 
 def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:

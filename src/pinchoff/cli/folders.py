@@ -1,0 +1,67 @@
+"""The folder that a command writes its results to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from pinchoff.errors import InputError
+from pinchoff.files import written_aside
+
+_PROBE = ".writable"
+
+
+def results_folder(text: str) -> Path:
+    """Read the value of --out.
+
+    Raises
+    ------
+    InputError
+        It is empty, or has bytes that are no letters: some of the files could not be written.
+    """
+    if not text.strip() or any("\ud800" <= letter <= "\udfff" for letter in text):
+        raise InputError.of("--out", "the name of a folder", repr(text), "choose another")
+    return Path(text)
+
+
+def prepare_folder(
+    out: Path,
+    results: Sequence[str] = (),
+    *,
+    overwrite: bool = False,
+    held: Callable[[Path], str] | None = None,
+) -> None:
+    """Make the folder, free of earlier results, and make sure that it can be written to.
+
+    Parameters
+    ----------
+    out : Path
+    results : sequence of str, optional
+        Names of the files that the command writes there; those that exist are removed.
+    overwrite : bool, optional
+        Whether they may be.
+    held : callable, optional
+        Says of the folder what it holds, for the error; by default the name of the first result.
+
+    Raises
+    ------
+    InputError
+        It cannot be made or written to, or holds results that may not be replaced.
+    """
+    try:
+        present = [out / name for name in results if (out / name).exists()]
+        if present and not overwrite:
+            found = held(out) if held else f"it holds {present[0].name}"
+            advice = "add --overwrite, or choose another folder"
+            got = f"{out} ({found})"
+            raise InputError.of("--out", "a folder without results", got, advice)
+        out.mkdir(parents=True, exist_ok=True)
+        with written_aside(out / _PROBE) as unfinished:
+            unfinished.touch()
+        (out / _PROBE).unlink()
+        for path in present:
+            path.unlink()
+    except OSError as error:
+        got = f"{out} ({error.strerror})"
+        rule = "a folder that can be written to"
+        raise InputError.of("--out", rule, got, "choose another") from None
