@@ -6,6 +6,7 @@ is NaN, never zero.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -103,6 +104,39 @@ COLUMNS: tuple[Column, ...] = (
 )
 """The columns in their order."""
 
+_SHARED = (
+    "source",
+    "collision_id",
+    "capillary_number",
+    "normalized_area",
+    "normalized_thickness",
+    "symmetry",
+    "breakup_number",
+    "broke",
+    "accepted",
+    "reject_reason",
+    "impact_parameter",
+    "speed",
+    "neck_thickness",
+    "daughter_area_ratio",
+    "contact_time_s",
+    "obstacle_x_um",
+    "obstacle_y_um",
+    "area_um2",
+    "speed_mm_s",
+    "neck_um",
+    "obstacle_radius_um",
+    "thickness_um",
+    "viscosity_mPa_s",
+    "surface_tension_mN_m",
+)
+
+SHARED_COLUMNS: tuple[Column, ...] = tuple(c for c in COLUMNS if c.name in _SHARED)
+"""What every table has, wherever its collisions come from; the others only a simulation has."""
+
+SYNTHETIC = "synthetic"
+"""How the source of a row begins that was neither simulated nor measured, but drawn."""
+
 PARAMETER_COLUMNS: dict[str, Column] = {
     "vertex_count": _count("vertex_count", "N_v, vertices of the outline"),
     "line_tension": _measure("line_tension", "M v_f∞²/D0", "γ̃"),
@@ -141,14 +175,58 @@ def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
     DataFrame
         The rows of the parts in their order; no rows without parts.
     """
+    joined = {
+        column.name: np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)
+        for column in COLUMNS
+    }
+    return _frame(joined, COLUMNS)
+
+
+def measured_table(
+    columns: Mapping[str, NDArray[Any]], more: Sequence[Column] = ()
+) -> pd.DataFrame:
+    """Make a table of collisions that were not simulated; what is not given was not measured.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (rows,)
+        Any of `SHARED_COLUMNS`, ``source`` among them, and all of `more`. Rows are accepted
+        unless ``accepted`` says otherwise, and numbered unless ``collision_id`` does.
+    more : sequence of Column, optional
+        Further columns, which stand behind the shared ones.
+
+    Returns
+    -------
+    DataFrame
+        With the units in ``attrs["units"]``.
+    """
+    count = len(columns["source"])
+    unsaid = {"bool": True, "str": "", "boolean": None, "float64": math.nan}
+    filled = {"collision_id": np.arange(count), **columns}
+    for column in SHARED_COLUMNS:
+        if column.name not in filled:
+            filled[column.name] = np.full(count, unsaid[column.dtype])
+    return _frame(filled, (*SHARED_COLUMNS, *more))
+
+
+def _frame(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column]) -> pd.DataFrame:
     import pandas as pd  # slow to import, and a single collision does without
 
-    series = {}
-    for column in COLUMNS:
-        values = np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)
-        known = column.categories
-        dtype = pd.CategoricalDtype(list(known)) if known else column.dtype
-        series[column.name] = pd.Series(values, dtype=dtype, copy=False)
-    frame = pd.DataFrame(series, copy=False)
-    frame.attrs["units"] = units()
+    frame = pd.DataFrame(
+        {c.name: pd.Series(columns[c.name], dtype=pandas_type(c), copy=False) for c in schema},
+        copy=False,
+    )
+    frame.attrs["units"] = {column.name: column.unit for column in schema}
     return frame
+
+
+def pandas_type(column: Column) -> Any:
+    """Return the type of a column in a DataFrame."""
+    import pandas as pd
+
+    return pd.CategoricalDtype(list(column.categories)) if column.categories else column.dtype
+
+
+def synthetic(frame: pd.DataFrame) -> bool:
+    """Return whether rows of a table were drawn rather than simulated or measured."""
+    return bool(frame["source"].str.startswith(SYNTHETIC).any())

@@ -13,8 +13,9 @@ import pyarrow as pa
 import pyarrow.dataset as pads
 import pyarrow.parquet as pq
 
-from pinchoff.collisions import COLUMNS, Column
+from pinchoff.collisions import COLUMNS, SHARED_COLUMNS, Column, pandas_type
 from pinchoff.errors import InputError
+from pinchoff.files import written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,13 +31,12 @@ _ARROW_TYPES = {
 }
 
 
-def arrow_schema(more: Sequence[Column] = ()) -> pa.Schema:
-    """Return the schema of the table, and of `more` columns behind its own.
+def arrow_schema(columns: Sequence[Column]) -> pa.Schema:
+    """Return the schema of a table with such columns.
 
     Every field carries its ``unit`` and ``meaning`` as metadata; pandas finds the units in
     ``attrs["units"]``.
     """
-    columns = (*COLUMNS, *more)
     units = {column.name: column.unit for column in columns}
     return pa.schema(
         [
@@ -51,23 +51,58 @@ def arrow_schema(more: Sequence[Column] = ()) -> pa.Schema:
     )
 
 
-def parquet_bytes(columns: Mapping[str, NDArray[Any]], more: Sequence[Column] = ()) -> bytes:
+def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column]) -> bytes:
     """Return a table as a Parquet file.
 
     Parameters
     ----------
     columns : mapping of str to ndarray, shape (rows,)
-        Every column of `pinchoff.collisions.COLUMNS`, and of `more`.
-    more : sequence of Column, optional
-        Further columns.
+        Every column of the schema.
+    schema : sequence of Column
     """
-    schema = arrow_schema(more)
     table = pa.table(
-        [_array(columns[column.name], column) for column in (*COLUMNS, *more)], schema=schema
+        [_array(columns[column.name], column) for column in schema], schema=arrow_schema(schema)
     )
     sink = pa.BufferOutputStream()
     pq.write_table(table, sink)
     return bytes(sink.getvalue())
+
+
+def write_collisions(
+    frame: pd.DataFrame, path: str | os.PathLike[str], more: Sequence[Column] = ()
+) -> None:
+    """Write a table of collisions, complete or not at all.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        With `SHARED_COLUMNS`, and any others of `COLUMNS`.
+    path : path
+        Its suffix chooses the format: ``.parquet``, with units and meanings; or ``.csv``.
+    more : sequence of Column, optional
+        What further columns of the frame are.
+
+    Raises
+    ------
+    InputError
+        The suffix is another one, or the file cannot be written.
+    """
+    target = Path(path)
+    if target.suffix not in (".parquet", ".csv"):
+        raise InputError.of(
+            str(path), "a name ending in .parquet or .csv", target.name, "rename it"
+        )
+    schema = [column for column in (*COLUMNS, *more) if column.name in frame]
+    try:
+        with written_aside(target) as unfinished:
+            if target.suffix == ".csv":
+                frame[[column.name for column in schema]].to_csv(unfinished, index=False)
+            else:
+                columns = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
+                unfinished.write_bytes(parquet_bytes(columns, schema))
+    except OSError as error:
+        rule, advice = "a file that can be written", "choose an existing folder"
+        raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
 
 
 def _array(values: NDArray[Any], column: Column) -> pa.Array:
@@ -100,7 +135,7 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
         raise InputError.of(str(place), "a collisions table", reason, advice) from None
     if not dataset.files:
         raise InputError.of(str(place), "a collisions table", "a folder without parts", advice)
-    missing = [column.name for column in COLUMNS if column.name not in dataset.schema.names]
+    missing = [column.name for column in SHARED_COLUMNS if column.name not in dataset.schema.names]
     if missing:
         got = f"a table without the columns {', '.join(missing)}"
         raise InputError.of(str(place), "a collisions table", got, advice)
@@ -136,21 +171,19 @@ def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        As `simulate_many` returns it, with the units in ``attrs["units"]``.
+        As `simulate_many` returns it, or with `SHARED_COLUMNS` at least, where it does not come
+        from simulations. The units are in ``attrs["units"]``.
 
     Raises
     ------
     InputError
         There is none, or it is not a collisions table.
     """
-    import pandas as pd
-
     dataset = open_collisions(path)
     frame: pd.DataFrame = dataset.to_table().to_pandas()
     for column in COLUMNS:
-        known = column.categories
-        dtype: Any = pd.CategoricalDtype(list(known)) if known else column.dtype
-        frame[column.name] = frame[column.name].astype(dtype)
+        if column.name in frame:
+            frame[column.name] = frame[column.name].astype(pandas_type(column))
     frame.attrs["units"] = units_of(dataset.schema)
     return frame
 

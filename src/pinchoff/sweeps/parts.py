@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pinchoff import _core
-from pinchoff.collisions import PARAMETER_COLUMNS
+from pinchoff.collisions import COLUMNS, PARAMETER_COLUMNS
 from pinchoff.collisions_file import parquet_bytes
 from pinchoff.outcomes import run_columns
 from pinchoff.progress import Show
@@ -54,7 +54,7 @@ def compute_parts(
         columns = run_columns(chunk, result, first_id=ranges[part].start)
         columns |= _parameter_columns(design, chunk, model)
         failed = int((columns["outcome"] == "failed").sum())
-        parts.append(Part(part, parquet_bytes(columns, more), failed))
+        parts.append(Part(part, parquet_bytes(columns, (*COLUMNS, *more)), failed))
     return parts
 
 

@@ -101,7 +101,7 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
     ranges: dict[str, ColumnRange] = {}
     sample = _Sample(rows)
     for batch in collision_batches(dataset):
-        outcomes.update(_counted(batch["outcome"].cast(pa.string())))
+        outcomes.update(_counted(_outcomes(batch)))
         for reason, count in _counted(batch["reject_reason"]).items():
             if reason:
                 reasons[_general(reason)] += count
@@ -116,6 +116,13 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
         units_of(dataset.schema),
         sample.points(),
     )
+
+
+def _outcomes(batch: pa.RecordBatch) -> pa.Array:
+    """Return what came of each row; of what was not simulated, whether it broke."""
+    if "outcome" in batch.schema.names:
+        return batch["outcome"].cast(pa.string())
+    return pc.coalesce(pc.if_else(batch["broke"], "broke", "did not break"), "unknown")
 
 
 def _counted(values: pa.Array) -> dict[str, int]:
