@@ -23,11 +23,17 @@ if TYPE_CHECKING:
     from pinchoff.calibrations import LineTarget as LineTarget
     from pinchoff.calibrations import calibrate as calibrate
     from pinchoff.collisions_file import read_collisions as read_collisions
+    from pinchoff.collisions_import import ImportedCollisions as ImportedCollisions
+    from pinchoff.collisions_import import import_collisions as import_collisions
     from pinchoff.energy import term_forces as term_forces
     from pinchoff.energy import total_energy as total_energy
     from pinchoff.errors import InputError as InputError
     from pinchoff.errors import PinchoffError as PinchoffError
     from pinchoff.errors import SimulationError as SimulationError
+    from pinchoff.fits import LawFit as LawFit
+    from pinchoff.fits import fit_law as fit_law
+    from pinchoff.law import Line as Line
+    from pinchoff.law import breakup_number as breakup_number
     from pinchoff.outlines import Outlines as Outlines
     from pinchoff.parameters import Parameters as Parameters
     from pinchoff.parameters import PhysicalScale as PhysicalScale
@@ -36,6 +42,7 @@ if TYPE_CHECKING:
     from pinchoff.simulation import simulate_many as simulate_many
     from pinchoff.sweeps import SweepDesign as SweepDesign
     from pinchoff.sweeps import sweep as sweep
+    from pinchoff.synthetic import virtual_experiment as virtual_experiment
 
     __version__: str
 
@@ -44,7 +51,10 @@ _HOME = {
     "Calibration": "calibrations",
     "Collision": "simulation",
     "CollisionsTarget": "calibrations",
+    "ImportedCollisions": "collisions_import",
     "InputError": "errors",
+    "LawFit": "fits",
+    "Line": "law",
     "LineTarget": "calibrations",
     "Outlines": "outlines",
     "Parameters": "parameters",
@@ -53,13 +63,17 @@ _HOME = {
     "SimulationError": "errors",
     "SweepDesign": "sweeps",
     "boundary": "boundaries",
+    "breakup_number": "law",
     "calibrate": "calibrations",
+    "fit_law": "fits",
+    "import_collisions": "collisions_import",
     "read_collisions": "collisions_file",
     "simulate": "simulation",
     "simulate_many": "simulation",
     "sweep": "sweeps",
     "term_forces": "energy",
     "total_energy": "energy",
+    "virtual_experiment": "synthetic",
 }
 _MODULES = ("errors", "flow")
 
@@ -68,7 +82,10 @@ __all__ = [
     "Calibration",
     "Collision",
     "CollisionsTarget",
+    "ImportedCollisions",
     "InputError",
+    "LawFit",
+    "Line",
     "LineTarget",
     "Outlines",
     "Parameters",
@@ -78,15 +95,19 @@ __all__ = [
     "SweepDesign",
     "__version__",
     "boundary",
+    "breakup_number",
     "calibrate",
     "errors",
+    "fit_law",
     "flow",
+    "import_collisions",
     "read_collisions",
     "simulate",
     "simulate_many",
     "sweep",
     "term_forces",
     "total_energy",
+    "virtual_experiment",
 ]
 
 

@@ -88,10 +88,7 @@ def write_collisions(
         The suffix is another one, or the file cannot be written.
     """
     target = Path(path)
-    if target.suffix not in (".parquet", ".csv"):
-        raise InputError.of(
-            str(path), "a name ending in .parquet or .csv", target.name, "rename it"
-        )
+    require_table_name(str(path), target)
     schema = [column for column in (*COLUMNS, *more) if column.name in frame]
     try:
         with written_aside(target) as unfinished:
@@ -103,6 +100,19 @@ def write_collisions(
     except OSError as error:
         rule, advice = "a file that can be written", "choose an existing folder"
         raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
+
+
+def require_table_name(argument: str, path: Path) -> None:
+    """Refuse a name for a table that does not say its format.
+
+    Raises
+    ------
+    InputError
+        It ends neither in ``.parquet`` nor in ``.csv``.
+    """
+    if path.suffix not in (".parquet", ".csv"):
+        rule = "a name ending in .parquet or .csv"
+        raise InputError.of(argument, rule, path.name, "rename it")
 
 
 def _array(values: NDArray[Any], column: Column) -> pa.Array:

@@ -8,6 +8,9 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
 from pinchoff.errors import InputError
 from pinchoff.validation import Checked, Number, explained, unknown_name
 
@@ -21,6 +24,24 @@ CA_PER_CA_SIM = 9.8e-5
 
 THICKNESS_TOLERANCE = 0.01
 """How far z/R may be off 1, the thickness of the two-dimensional model, without a warning."""
+
+
+def capillary_number(
+    viscosity_mPa_s: ArrayLike,  # noqa: N803
+    speed_mm_s: ArrayLike,
+    surface_tension_mN_m: ArrayLike,  # noqa: N803
+) -> NDArray[np.float64]:
+    """Return Ca = μv/γ [paper, eq. capillary], dimensionless.
+
+    Parameters
+    ----------
+    viscosity_mPa_s, speed_mm_s, surface_tension_mN_m : array_like, shape (...)
+    """
+    viscosity, speed, tension = (
+        np.asarray(each, dtype=np.float64)
+        for each in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
+    )
+    return np.asarray(viscosity * speed / tension * 1e-3, dtype=np.float64)
 
 
 def _positive(meaning: str) -> Any:
@@ -70,7 +91,9 @@ class PhysicalScale(Checked):
     @property
     def capillary_number(self) -> float:
         """Ca = μ v_f∞/γ, dimensionless."""
-        return self.viscosity_mPa_s * self.speed_mm_s / self.surface_tension_mN_m * 1e-3
+        return float(
+            capillary_number(self.viscosity_mPa_s, self.speed_mm_s, self.surface_tension_mN_m)
+        )
 
     @property
     def simulation_capillary_number(self) -> float:
@@ -102,6 +125,16 @@ _SCALE_QUANTITIES = {
 }
 _OFFSET = _Quantity("offset_um", "um", "length", "20 um")
 
+KINDS = {
+    "um": ("length", "85 um"),
+    "um^2": ("area", "0.18 mm^2"),
+    "mm/s": ("speed", "1.0 mm/s"),
+    "mPa*s": ("dynamic viscosity", "48 mPa s"),
+    "mN/m": ("surface tension", "20 mN/m"),
+    "s": ("time", "0.5 s"),
+}
+"""What is measured in each of our units, and an example of it."""
+
 PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
 """The physical arguments; all but the offset are required."""
 
@@ -118,6 +151,8 @@ _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
     rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
 )
+
+_POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 
 
 def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
@@ -178,6 +213,33 @@ def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
     }
 
 
+def magnitude_of(name: str, value: Physical, unit: str) -> float:
+    """Read a quantity and return its number in one of `KINDS`' units.
+
+    Raises
+    ------
+    InputError
+        It has no unit or the wrong one, or is not finite.
+    """
+    return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
+
+
+def unit_factor(name: str, text: str, unit: str) -> float:
+    """Return how many of one of `KINDS`' units a unit, such as "mm^2", is.
+
+    Raises
+    ------
+    InputError
+        It is no unit, or one of something else.
+    """
+    kind, example = KINDS[unit]
+    try:
+        return _magnitude(name, f"1 {text}", _Quantity(name, unit, kind, example))
+    except InputError:
+        advice = f"write it like {example.partition(' ')[2]}"
+        raise InputError.of(name, f"a unit of {kind}", f"'{text}'", advice) from None
+
+
 def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
     """Refuse dimensionless numbers that follow from physical quantities given beside them.
 
@@ -222,7 +284,7 @@ def _parsed(text: str) -> pint.Quantity[Any]:
     """Read "<number> <unit>", and nothing that would have to be calculated."""
     import pint
 
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(_POINT.sub("*", text))
     if match is None:
         raise ValueError
     quantity: pint.Quantity[Any]

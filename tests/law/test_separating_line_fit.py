@@ -26,9 +26,9 @@ def noisy(rng, symmetry, sigma):
 
 def test_an_exact_line_comes_back():
     fit = fit_line(CA, AREA, 0.089 * (CA * AREA) ** -0.72)
-    assert fit.alpha == pytest.approx([0.089] * 3)
-    assert fit.beta == pytest.approx([-0.72] * 3)
-    assert fit.area_exponent == (1, 1, 1)
+    assert fit.alpha[:3] == pytest.approx([0.089] * 3)
+    assert fit.beta[:3] == pytest.approx([-0.72] * 3)
+    assert fit.area_exponent[:3] == (1, 1, 1)
     assert fit.scatter == pytest.approx(0, abs=1e-12)
     assert fit.control_range == pytest.approx((CA[0] * 25.16, CA[-1] * 25.16))
     assert fit.size_ratio_range == pytest.approx((5.66, 5.66), rel=1e-4)
@@ -46,7 +46,7 @@ def test_a_free_exponent_of_the_area_comes_back():
     assert fit.alpha.value == pytest.approx(0.02)
     assert fit.beta.value == pytest.approx(-0.7)
     assert fit.area_power.value == pytest.approx(-0.28)
-    assert fit.area_exponent == pytest.approx([0.4] * 3)
+    assert fit.area_exponent[:3] == pytest.approx([0.4] * 3)
     value, low, high = fit.symmetry(0.004, 20.0)
     assert value == pytest.approx(0.02 * (0.004 * 20**0.4) ** -0.7)
     assert low == pytest.approx(high)
@@ -59,8 +59,8 @@ def test_intervals_are_those_of_linear_regression():
     reach = stats.t.ppf(0.975, 7)
     beta = np.array([0, -1, 1]) * reach * reference.stderr + reference.slope
     alpha = np.exp(np.array([0, -1, 1]) * reach * reference.intercept_stderr + reference.intercept)
-    assert fit.beta == pytest.approx(beta)
-    assert fit.alpha == pytest.approx(alpha)
+    assert fit.beta[:3] == pytest.approx(beta)
+    assert fit.alpha[:3] == pytest.approx(alpha)
 
 
 @pytest.mark.parametrize("free_area", [False, True])

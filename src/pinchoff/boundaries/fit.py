@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff.errors import InputError
+from pinchoff.estimate import Estimate
 from pinchoff.law import Line
 
-
-class Estimate(NamedTuple):
-    """A fitted number and the ends of its confidence interval."""
-
-    value: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        return f"{self.value:.4g} ({self.low:.4g} to {self.high:.4g})"
+_METHOD = "least squares in logarithms, Student's t"
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,16 +184,19 @@ def fit_line(
     covariance = inverse * (residuals @ residuals) / freedom + (solver * bracket) @ solver.T
     reach = _quantile(confidence, freedom) * np.sqrt(np.diag(covariance))
     low, high = coefficients - reach, coefficients + reach
-    estimates = [Estimate(*map(float, ends)) for ends in zip(coefficients, low, high, strict=True)]
+    estimates = [
+        Estimate(float(value), float(least), float(most), _METHOD)
+        for value, least, most in zip(coefficients, low, high, strict=True)
+    ]
     control = ca * area
     ratio = np.sqrt(area * 4 / math.pi)
     return LineFit(
-        alpha=Estimate(*(math.exp(end) for end in estimates[0])),
+        alpha=_exponential(estimates[0]),
         beta=estimates[1],
         area_power=estimates[-1],
         area_exponent=_ratio(coefficients, covariance, _quantile(confidence, freedom))
         if free_area
-        else Estimate(1.0, 1.0, 1.0),
+        else Estimate(1.0, 1.0, 1.0, "fixed"),
         speed=speed,
         confidence=confidence,
         count=s.size,
@@ -237,7 +232,12 @@ def _ratio(
     slope = np.array([0.0, -power / beta**2, 1.0 / beta])
     reach = quantile * math.sqrt(slope @ covariance @ slope)
     value = float(power / beta)
-    return Estimate(value, value - reach, value + reach)
+    return Estimate(value, value - reach, value + reach, _METHOD)
+
+
+def _exponential(logarithm: Estimate) -> Estimate:
+    value, low, high = (math.exp(end) for end in logarithm[:3])
+    return Estimate(value, low, high, _METHOD)
 
 
 def _quantile(confidence: float, freedom: int) -> float:

@@ -17,7 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.errors import InputError
+from pinchoff.fits.intervals import inverse_curvature
+from pinchoff.fits.likelihood import LogisticLikelihood, maximum
 from pinchoff.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
+from pinchoff.table_file import read_table
 from pinchoff.validation import unknown_name
 
 if TYPE_CHECKING:
@@ -205,10 +208,11 @@ class CollisionsTarget:
         design = np.stack(
             [np.ones(self.count), np.log(self._symmetry), np.log(self._control)], axis=1
         )
-        found = _logistic_regression(design, self._broke)
-        if found is None or found[0][2] <= 0:
+        best = maximum(LogisticLikelihood(design, self._broke))
+        intercept, _, slope = best.coefficients.tolist()
+        if best.doubtful or slope <= 0:
             return None
-        (intercept, _, slope), covariance = found
+        covariance = inverse_curvature(best)
         log_onset = -intercept / slope
         gradient = np.array([-1 / slope, 0.0, intercept / slope**2])
         reach = 1.96 * math.sqrt(gradient @ covariance @ gradient)
@@ -261,24 +265,13 @@ def as_target(target: object) -> Target:
         if isinstance(target, str) and not path.suffix and not path.exists():
             rule = "paper-simulation, paper-experiment or a file of collisions"
             raise unknown_name("target", rule, target, PRESETS)
-        return CollisionsTarget(_read(path), name=path.name)
+        return CollisionsTarget(read_table(path), name=path.name)
     import pandas as pd
 
     if isinstance(target, pd.DataFrame):
         return CollisionsTarget(target)
     advice = "give 'paper-simulation', a LineTarget or a table of collisions"
     raise InputError.of("target", "a line or a table of collisions", target, advice)
-
-
-def _read(path: Path) -> pd.DataFrame:
-    import pandas as pd
-
-    try:
-        return pd.read_csv(path) if path.suffix == ".csv" else pd.read_parquet(path)
-    except (OSError, ValueError) as error:  # pyarrow's and pandas' own errors derive from these
-        reason = getattr(error, "strerror", None) or str(error).partition("\n")[0]
-        advice = "check its name; a Parquet file, a folder of them, or one ending in .csv will do"
-        raise InputError.of(str(path), "a readable table of collisions", reason, advice) from None
 
 
 def _numbers(table: pd.DataFrame, column: str) -> Floats:
@@ -302,18 +295,3 @@ def _require_rows(count: int, broke: NDArray[np.bool_]) -> None:
         raise InputError.of(
             "target", "collisions of which some broke and some did not", got, "add others"
         )
-
-
-def _logistic_regression(design: Floats, broke: NDArray[np.bool_]) -> tuple[Floats, Floats] | None:
-    """Return coefficients (k,) and covariance (k, k) by Newton's method; None without an end."""
-    coefficients = np.zeros(design.shape[1])
-    for _ in range(50):
-        probability = 1 / (1 + np.exp(-np.clip(design @ coefficients, -500, 500)))
-        curvature = (design.T * (probability * (1 - probability))) @ design
-        if np.linalg.cond(curvature) > 1e12:
-            return None
-        step = np.linalg.solve(curvature, design.T @ (broke - probability))
-        coefficients = coefficients + step
-        if np.abs(step).max() < 1e-9:
-            return coefficients, np.asarray(np.linalg.inv(curvature), dtype=np.float64)
-    return None

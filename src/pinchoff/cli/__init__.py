@@ -15,9 +15,11 @@ import typer
 
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
+from pinchoff.cli.fit import fit
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
+from pinchoff.cli.virtual import virtual
 from pinchoff.errors import PinchoffError
 
 # typer shows its parser's errors to the public only as the base class of this one.
@@ -36,6 +38,8 @@ app.command()(sweep)
 app.command()(summary)
 app.command()(boundary)
 app.command()(calibrate)
+app.command()(fit)
+app.command()(virtual)
 
 
 def _print_version(wanted: bool) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib as mpl
 from cycler import cycler
+from matplotlib.axes import Axes
 
 #: Widths of a figure [inch]: one column (8.3 cm), and across both (17.1 cm).
 ONE_COLUMN = 3.27
@@ -47,6 +48,21 @@ STYLE: dict[str, Any] = {
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
 }
+
+
+def mark_synthetic(axes: Axes, x: float = 0.98, y: float = 0.03) -> None:
+    """Write at a place in the axes that what they show was not measured."""
+    axes.text(
+        x,
+        y,
+        "synthetic data",
+        transform=axes.transAxes,
+        ha="right" if x > 0.5 else "left",
+        fontsize=6.5,
+        fontstyle="italic",
+        color="#d55e00",
+        zorder=9,
+    )
 
 
 def journal_style(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
+_SHORT = 26  # letters of a cell that is not broken into lines
 _SCREEN_DOTS_PER_INCH = 96
 
 
@@ -67,10 +68,7 @@ class Page:
         caption : str, optional
         """
         cells = [[str(cell) for cell in row] for row in rows]
-        kinds = [
-            ' class="number"' if cells and all(_NUMBER.match(row[k]) for row in cells) else ""
-            for k in range(len(columns))
-        ]
+        kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
         said = f"<caption>{escape(caption)}</caption>" if caption else ""
         head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
         body = "".join(
@@ -140,6 +138,13 @@ class Page:
             f'<dialog aria-label="Enlarged picture"><img alt=""></dialog>\n'
             f"<script>\n{_resource('page.js')}</script>\n</body>\n</html>\n"
         )
+
+
+def _kind(cells: Sequence[str]) -> str:
+    """Return the class of a column: of numbers, of short words that stay on a line, or neither."""
+    if cells and all(_NUMBER.match(cell) for cell in cells):
+        return ' class="number"'
+    return ' class="short"' if max(map(len, cells), default=0) <= _SHORT else ""
 
 
 def _resource(name: str) -> str:

@@ -15,6 +15,7 @@ import pyarrow as pa
 import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
+from pinchoff.collisions import general_reason
 from pinchoff.collisions_file import collision_batches, open_collisions, units_of
 from pinchoff.sweeps.dataset import read_manifest
 
@@ -104,7 +105,7 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
         outcomes.update(_counted(_outcomes(batch)))
         for reason, count in _counted(batch["reject_reason"]).items():
             if reason:
-                reasons[_general(reason)] += count
+                reasons[general_reason(reason)] += count
         _widen(ranges, batch)
         sample.add(batch)
     return Summary(
@@ -127,12 +128,6 @@ def _outcomes(batch: pa.RecordBatch) -> pa.Array:
 
 def _counted(values: pa.Array) -> dict[str, int]:
     return {str(pair["values"]): pair["counts"] for pair in pc.value_counts(values).to_pylist()}
-
-
-def _general(reason: str) -> str:
-    """Leave the measured value out of a reason: '<rule>; got <value>; <advice>'."""
-    rule, got, rest = reason.partition("; got ")
-    return f"{rule}; {rest.rpartition('; ')[2]}" if got else rule
 
 
 def _widen(ranges: dict[str, ColumnRange], batch: pa.RecordBatch) -> None:

@@ -1,0 +1,272 @@
+"""``pinchoff fit``: the break-up law of a table of collisions, with intervals and figures."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite
+from pinchoff.cli.report import json_text, jsonable, printed_warnings
+from pinchoff.errors import InputError
+from pinchoff.files import written_aside
+from pinchoff.progress import progress_bar
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from pinchoff.collisions_import import ImportedCollisions
+    from pinchoff.fits.study import LawStudy
+
+LAW = "law.json"
+LAWS = "laws.csv"
+SET_ASIDE = "set_aside.csv"
+PAGE = "report.html"
+FIGURES = {
+    "separated_outcomes.png": "S against Ca Ã z̃ of collisions that broke, of all, and of those "
+    "that did not, with the fitted separating line and that of the paper's experiments.",
+    "breakup_probability.png": "Share of collisions that broke against the breakup number, with "
+    "binomial intervals; the fitted law and a step.",
+    "daughter_areas.png": "Ratio of the daughters' areas against S. Dotted: S/(2 − S), without "
+    "exchange between the two sides.",
+    "neck_histograms.png": "Thinnest necks. Right: what cameras see in the last frame before the "
+    "break-up of the median droplet, simulated to 0.167 D0 and then thinning to nothing at "
+    "4.2 mm/s, the slowest that the paper's frames allow (an assumption).",
+    "constant_height.png": "Left: two droplets on the separating line, one twice as wide as the "
+    "other; their smaller parts are nearly as high. Right: the exponent that one height gives.",
+}
+_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *FIGURES)
+
+_TABLE = "Table"
+_FIT = "Fit"
+_FLAGS = {
+    "free": "--free",
+    "symmetry_noise": "--symmetry-noise",
+    "confidence": "--confidence",
+    "samples": "--samples",
+    "fraction": "--fraction",
+}
+
+
+def _pairs(flag: str, meaning: str) -> typer.models.OptionInfo:
+    option: typer.models.OptionInfo = typer.Option(
+        flag, metavar="NAME=TEXT", help=f"{meaning}; may be repeated.", rich_help_panel=_TABLE
+    )
+    return option
+
+
+def fit(
+    table: Annotated[
+        Path,
+        typer.Argument(
+            metavar="TABLE",
+            help="Parquet file or folder of a sweep, CSV, TSV or spreadsheet of collisions.",
+        ),
+    ],
+    columns: Annotated[
+        list[str] | None, _pairs("--map", "Column of a quantity, as symmetry=S_meas")
+    ] = None,
+    units: Annotated[list[str] | None, _pairs("--unit", "Unit of a quantity, as area=mm^2")] = None,
+    constants: Annotated[
+        list[str] | None,
+        _pairs("--constant", "What is the same in all rows, as viscosity='48 mPa s'"),
+    ] = None,
+    free: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="QUANTITY",
+            help="Fit its exponent: area, thickness, viscosity, surface_tension, speed; may be "
+            "repeated. The radius's follows from those of area and thickness.",
+            rich_help_panel=_FIT,
+        ),
+    ] = None,
+    symmetry_noise: Annotated[
+        float,
+        typer.Option(help="Standard error of S to account for, as 0.088.", rich_help_panel=_FIT),
+    ] = 0.0,
+    confidence: Annotated[
+        float, typer.Option(help="Of the intervals.", rich_help_panel=_FIT)
+    ] = 0.95,
+    samples: Annotated[
+        int, typer.Option(help="Parts of the bootstrap.", rich_help_panel=_FIT)
+    ] = 100,
+    fraction: Annotated[
+        float, typer.Option(help="Of the collisions in a part.", rich_help_panel=_FIT)
+    ] = 0.5,
+    seed: Annotated[int, typer.Option(help="Of the bootstrap.", rich_help_panel=_FIT)] = 0,
+    out: OutFolder = "law",
+    as_json: Annotated[
+        bool,
+        typer.Option("--json", metavar="", help="Print law.json alone.", rich_help_panel=OUTPUT),
+    ] = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Fit the break-up law to a table of collisions.
+
+    The columns symmetry and broke must be there. Ca, Ã and z̃ are
+    capillary_number, normalized_area and normalized_thickness, or follow
+    from area or diameter, obstacle_radius, thickness, viscosity, speed and
+    surface_tension, with units in their names (area_mm2) or behind --unit.
+    Impossible rows are set aside and listed. DIR gets
+
+    - law.json: α, β, w and free exponents with intervals
+    - laws.csv: which quantities the data need
+    - set_aside.csv: rows that were not used, and why
+    - report.html: all of it and the figures on one page
+    - the figures as PNG
+
+    [bold]Examples[/bold]
+
+    pinchoff fit phase-diagram --out law
+
+    pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2
+    --constant 'viscosity=48 mPa s' --free area --free thickness
+    """
+    folder = results_folder(out)
+    with printed_warnings():
+        collisions = _imported(
+            table,
+            _read_pairs("--map", columns),
+            _read_pairs("--unit", units),
+            _read_pairs("--constant", constants),
+        )
+        prepare_folder(folder, _FILES, overwrite=overwrite)
+        study = _studied(
+            collisions,
+            free=tuple(free or ()),
+            symmetry_noise=symmetry_noise,
+            confidence=confidence,
+            samples=samples,
+            fraction=fraction,
+            seed=seed,
+        )
+    for message in collisions.messages():
+        print(f"warning: {message}", file=sys.stderr)
+    _write(study, table.name, folder)
+    if as_json:
+        print(_law_text(study), end="")
+    else:
+        _print(study)
+    for name in _FILES:
+        if (folder / name).exists():
+            print(f"wrote {folder / name}", file=sys.stderr if as_json else sys.stdout)
+
+
+def _read_pairs(flag: str, texts: Sequence[str] | None) -> dict[str, str]:
+    pairs: dict[str, str] = {}
+    for text in texts or ():
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals and value):
+            raise InputError.of(flag, "NAME=TEXT", text, "see pinchoff fit --help")
+        if name in pairs:
+            raise InputError.of(f"{flag} {name}", "given once", value, "drop one of them")
+        pairs[name] = value
+    return pairs
+
+
+def _imported(
+    table: Path,
+    columns: Mapping[str, str],
+    units: Mapping[str, str],
+    constants: Mapping[str, str],
+) -> ImportedCollisions:
+    """Read the table; name the option in errors about what an option says."""
+    from pinchoff.collisions_import import import_collisions
+
+    try:
+        return import_collisions(table, columns=columns, units=units, constants=constants)
+    except InputError as error:
+        name = error.argument.removeprefix("unit of ")
+        flag = "--unit" if name != error.argument or name in units else ""
+        for option, given in (("--map", columns), ("--constant", constants)):
+            flag = option if name in given and not flag else flag
+        if not flag:
+            raise
+        raise InputError.of(f"{flag} {name}", error.rule, error.got, error.advice) from None
+
+
+def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
+    from pinchoff.fits.study import study_law
+
+    samples = options["samples"]
+    assert isinstance(samples, int)
+    try:
+        with progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show:
+            return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
+    except InputError as error:
+        name = _FLAGS.get(error.argument, error.argument)
+        name = "TABLE" if name == "table" else name
+        raise InputError.of(name, error.rule, error.got, error.advice) from None
+
+
+def _law_text(study: LawStudy) -> str:
+    from pinchoff import __version__
+
+    return json_text(jsonable({**study.to_dict(), "pinchoff_version": __version__}))
+
+
+def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.figures.separating_line import write_figure
+    from pinchoff.report.law import law_page
+
+    with written_aside(folder / LAW) as unfinished:
+        unfinished.write_text(_law_text(study), encoding="utf-8")
+    for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
+        if frame is not None and len(frame):
+            with written_aside(folder / name) as unfinished:
+                frame.to_csv(unfinished, index=False)
+    for name, axes in _drawn(study):
+        write_figure(folder / name, axes)
+    pictures = [(folder / name, text) for name, text in FIGURES.items() if (folder / name).exists()]
+    law_page(study, source, pictures).write(folder / PAGE)  # type: ignore[arg-type]
+
+
+def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
+    """Draw the figures for which the table has the data."""
+    from pinchoff.figures.breakup_probability import breakup_probability
+    from pinchoff.figures.constant_height import constant_height
+    from pinchoff.figures.daughters import daughter_areas
+    from pinchoff.figures.neck_histograms import neck_histograms
+    from pinchoff.figures.separated_outcomes import separated_outcomes
+    from pinchoff.necks import median_history
+
+    table, fit = study.collisions.table, study.fit
+    separated, probability, daughters, necks, height = FIGURES
+    drawn = [
+        (separated, separated_outcomes(table, fit)[0]),
+        (probability, breakup_probability(table, fit)),
+        (height, constant_height(fit)[0]),
+    ]
+    if (table["daughter_area_ratio"].notna() & table["broke"]).any():
+        drawn.append((daughters, daughter_areas(table)))
+    if table[["neck_um", "neck_thickness"]].notna().any(axis=None):
+        drawn.append((necks, neck_histograms(table, median_history())[0]))
+    return drawn
+
+
+def _print(study: LawStudy) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from pinchoff.fits.form import SYMBOLS
+    from pinchoff.report.law import interval, signed_number
+
+    title = f"{study.fit.confidence:.0%} intervals"
+    shown = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")
+    shown.add_column("")
+    for heading in ("value", *study.intervals):
+        shown.add_column(heading, justify="right")
+    for name, estimate in study.estimates.items():
+        several = (interval(numbers[name]) for numbers in study.intervals.values())
+        shown.add_row(SYMBOLS[name], signed_number(estimate.value), *several)
+    Console().print(shown)
+    print(f"{study.fit.count} collisions, {study.fit.broke_count} of which broke")
+    if study.fit.step:
+        print(f"w = 0: {study.fit.step}")
+    for reason, count in study.fit.left_out.items():
+        print(f"{count} rows not used: {reason}")

@@ -1,0 +1,105 @@
+"""The share of collisions that break, against the breakup number."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+
+from pinchoff.figures import style
+from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
+from pinchoff.law import transition_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.fits import LawFit
+
+_DATA, _LAW, _STEP = "#000000", "#7b5ea7", "#cc79a7"
+_NEAR = (0.3, 3.0)  # Bk of the inset
+_PER_DECADE, _PER_DECADE_NEAR = 6, 20
+_LOWEST = 1e-6  # Bk; so small a droplet has grazed the obstacle
+_FEWEST = 40  # collisions in a bin: bins with fewer are joined
+
+
+def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = None) -> Axes:
+    """Draw N_break/N_total against Bk with binomial intervals, the sigmoid and the step.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Checked collisions.
+    fit : LawFit
+        Which gives Bk and the sigmoid.
+    axes : Axes, optional
+        Where to draw; by default a new figure across one column.
+
+    Returns
+    -------
+    Axes
+    """
+    seen = table[table["symmetry"] > 0]
+    number = fit.breakup_number(seen)
+    broke = seen["broke"].to_numpy(dtype=bool)
+    with style.journal_style():
+        if axes is None:
+            figure = Figure(figsize=(style.ONE_COLUMN, 2.9), layout="constrained")
+            axes = figure.subplots()
+        lowest = max(number.min(), _LOWEST)
+        edges = logarithmic_edges(lowest, number.max(), _PER_DECADE)
+        edges = merged_edges(number, edges, _FEWEST)
+        _draw(axes, number, broke, fit, edges)
+        axes.set_ylim(-0.04, 1.06)
+        axes.set_xlabel("breakup number Bk")
+        axes.set_ylabel(r"$N_\mathrm{break}/N_\mathrm{total}$")
+        _title(axes, fit)
+        inset = axes.inset_axes((0.14, 0.36, 0.42, 0.46))
+        _draw(inset, number, broke, fit, logarithmic_edges(*_NEAR, _PER_DECADE_NEAR))
+        inset.set_xlim(*_NEAR)
+        inset.xaxis.set_major_locator(FixedLocator([0.3, 1.0, 3.0]))
+        inset.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        inset.xaxis.set_minor_formatter(NullFormatter())
+        inset.tick_params(labelsize=6)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=3, columnspacing=1.0)
+        if fit.synthetic:
+            style.mark_synthetic(axes, x=0.3, y=0.17)
+        return axes
+
+
+def _draw(
+    axes: Axes,
+    number: np.typing.NDArray[np.float64],
+    broke: np.typing.NDArray[np.bool_],
+    fit: LawFit,
+    edges: np.typing.NDArray[np.float64],
+) -> None:
+    found = broken_fractions(number, broke, edges, fit.confidence)
+    reach = np.stack([found.fraction - found.low, found.high - found.fraction])
+    axes.set_xscale("log")
+    wide = np.geomspace(edges[0], edges[-1], 800)
+    axes.plot(wide, wide > 1.0, color=_STEP, lw=1.0, label="step at Bk = 1")
+    axes.plot(
+        wide, fit.probability(wide), color=_LAW, lw=1.4, label=f"law, $w$ = {fit.w.value:.3g}"
+    )
+    axes.errorbar(
+        found.middle,
+        found.fraction,
+        np.maximum(reach, 0.0),
+        color=_DATA,
+        fmt="o",
+        ms=2,
+        lw=0.7,
+        label=f"data, {fit.confidence:.0%}",
+    )
+    axes.set_xlim(edges[0], edges[-1])
+
+
+def _title(axes: Axes, fit: LawFit) -> None:
+    if fit.w.value > 0:
+        said = f"5–95 % within a factor {transition_factor(fit.w.value):.2f} in Bk"
+    else:
+        said = f"5–95 % within a factor {transition_factor(fit.w.high):.3g} in Bk at most"
+    axes.set_title(said, loc="right", fontsize=7)

@@ -1,0 +1,120 @@
+"""Why β is near -3/4: collisions on the separating line share the height of the smaller part."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, PathPatch, Polygon
+from matplotlib.path import Path
+from scipy.optimize import brentq
+
+from pinchoff.figures import style
+from pinchoff.figures.separating_line import signed
+from pinchoff.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
+from pinchoff.segments import (
+    SMALL_SEGMENT_EXPONENT,
+    local_exponent,
+    segment_area,
+    symmetry_of_height,
+)
+
+_OBSTACLE = 0.45  # radius, of the smaller droplet's diameter
+_SEGMENT = "#f0c419"
+
+
+def constant_height(
+    line: LineLike = PAPER_EXPERIMENT_LINE,
+    small_symmetry: float = 0.8,
+    axes: Sequence[Axes] | None = None,
+) -> list[Axes]:
+    """Draw the paper's construction for two sizes, and the exponent that one height gives.
+
+    Left: two droplets on the separating line, one with twice the diameter of the other and the
+    rest equal; the smaller parts have nearly one height. Right: d ln S/d ln A of circles that
+    share the height h, exactly, against h/D; -3/4 in the limit of small h.
+
+    Parameters
+    ----------
+    line : Line, fitted law or str, optional
+        Its exponent counts.
+    small_symmetry : float, optional
+        S of the smaller droplet.
+    axes : sequence of 2 Axes, optional
+        Where to draw; by default a new figure across two columns.
+
+    Returns
+    -------
+    list of 2 Axes
+    """
+    beta = as_line(line).beta
+    with style.journal_style():
+        if axes is None:
+            figure = Figure(figsize=(style.TWO_COLUMNS, 2.6), layout="constrained")
+            axes = list(figure.subplots(1, 2, width_ratios=(1.15, 1)))
+        _draw_construction(axes[0], beta, small_symmetry)
+        _draw_exponent(axes[1], beta)
+        return list(axes)
+
+
+def height_of_symmetry(symmetry: float) -> float:
+    """Return h/D of a circle with such an S, from 0 to 1/2."""
+    return float(brentq(lambda t: float(symmetry_of_height(t)) - symmetry, 0.0, 0.5))
+
+
+def _draw_construction(axes: Axes, beta: float, small_symmetry: float) -> None:
+    heights, areas = [], []
+    axes.add_patch(Circle((0, 0), _OBSTACLE, color=style.OBSTACLE, zorder=4))
+    for diameter in (2.0, 1.0):
+        symmetry = small_symmetry * (diameter**2) ** beta
+        height = diameter * height_of_symmetry(symmetry)
+        heights.append(height)
+        areas.append(float(segment_area(height, diameter)))
+        _draw_droplet(axes, diameter, height)
+    axes.axhline(0.0, color=style.CENTRELINE, ls=(0, (4, 2)), lw=0.9, zorder=5)
+    axes.set_aspect("equal")
+    axes.set_xlim(-2.7, 0.6)
+    axes.set_ylim(-0.62, 1.75)
+    axes.set_axis_off()
+    axes.set_title(
+        f"$h$ = {heights[1]:.3f} and {heights[0]:.3f} $D$;  "
+        f"yellow areas 1 : {areas[0] / areas[1]:.2f}",
+        loc="left",
+        fontsize=7,
+    )
+
+
+def _draw_droplet(axes: Axes, diameter: float, height: float) -> None:
+    """Draw a circle that touches the obstacle, its part below the centreline in yellow."""
+    y = 0.5 * diameter - height
+    x = -np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
+    circle = Circle((x, y), 0.5 * diameter, fc=style.DROPLET, ec="none", alpha=0.55, zorder=1)
+    rim = Circle((x, y), 0.5 * diameter, fc="none", ec=style.DROPLET_RIM, lw=1, zorder=3)
+    below = Polygon(
+        [(-9, -9), (9, -9), (9, 0), (-9, 0)], fc=_SEGMENT, ec="none", alpha=0.8, zorder=2
+    )
+    axes.add_patch(circle)
+    axes.add_patch(below)
+    angles = np.linspace(0, 2 * np.pi, 200)
+    outline = np.stack(
+        [x + 0.5 * diameter * np.cos(angles), y + 0.5 * diameter * np.sin(angles)], 1
+    )
+    below.set_clip_path(PathPatch(Path(outline), transform=axes.transData))
+    axes.add_patch(rim)
+    arrow = {"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", (x, -height), (x, 0), arrowprops=arrow, zorder=6)
+    axes.text(x - 0.04, -0.5 * height, "$h$", ha="right", va="center", zorder=6)
+
+
+def _draw_exponent(axes: Axes, beta: float) -> None:
+    relative = np.linspace(1e-3, 0.5, 300)
+    axes.plot(relative, local_exponent(relative), color="k", label="one height $h$, exact")
+    limit = SMALL_SEGMENT_EXPONENT
+    axes.axhline(limit, color="#0072b2", ls=":", label=f"limit of small $h$: {signed(limit)}")
+    axes.axhline(beta, color="#d55e00", ls="--", label=f"separating line: {signed(beta, 3)}")
+    axes.set_xlim(0, 0.5)
+    axes.set_xlabel("$h/D$")
+    axes.set_ylabel(r"$\mathrm{d}\ln S/\mathrm{d}\ln A$")
+    axes.legend()

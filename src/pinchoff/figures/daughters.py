@@ -1,0 +1,77 @@
+"""The ratio of the daughters' areas against the symmetry of the collision."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pinchoff.collisions import synthetic
+from pinchoff.errors import InputError
+from pinchoff.figures import style
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def area_ratio_bound(symmetry: np.typing.ArrayLike) -> np.typing.NDArray[np.float64]:
+    """Return S/(2 - S), A1/A2 without exchange between the two sides [paper, eq. DDR]."""
+    s = np.asarray(symmetry, dtype=np.float64)
+    return np.asarray(s / (2.0 - s))
+
+
+def daughter_areas(table: pd.DataFrame, axes: Axes | None = None) -> Axes:
+    """Draw A1/A2 of droplets that broke against S, with the bound S/(2 - S).
+
+    Parameters
+    ----------
+    table : DataFrame
+        Checked collisions; those without measured daughters are left out.
+    axes : Axes, optional
+        Where to draw; by default a new figure across one column.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        No daughters were measured.
+    """
+    broke = table[table["broke"].astype(bool) & table["daughter_area_ratio"].notna()]
+    if broke.empty:
+        rule = "one with the areas of daughters"
+        raise InputError.of("table", rule, "none measured", "leave this figure out")
+    symmetry = broke["symmetry"].to_numpy()
+    ratio = broke["daughter_area_ratio"].to_numpy()
+    above = int((ratio > area_ratio_bound(symmetry)).sum())
+    with style.journal_style():
+        if axes is None:
+            figure = Figure(figsize=(style.ONE_COLUMN, 2.8), layout="constrained")
+            axes = figure.subplots()
+        points = axes.scatter(
+            symmetry,
+            ratio,
+            s=9 if len(broke) < 1000 else 4,
+            c=broke["capillary_number"],
+            cmap="viridis",
+            norm="log",
+            linewidths=0,
+            rasterized=True,
+        )
+        wide = np.linspace(0.0, 1.0, 200)
+        axes.plot(wide, area_ratio_bound(wide), "k:", label="$S/(2-S)$")
+        axes.set_xlim(0, 1)
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel("symmetry $S$")
+        axes.set_ylabel("daughters $A_1/A_2$")
+        axes.set_title(f"{len(broke):,} broke, {above:,} above the bound", loc="right", fontsize=7)
+        axes.legend(loc="upper left")
+        bar = axes.figure.colorbar(points, ax=axes, label="Ca")
+        bar.ax.tick_params(which="both", labelsize=6)
+        if synthetic(table):
+            style.mark_synthetic(axes)
+        return axes

@@ -1,0 +1,95 @@
+"""How thin necks get, of droplets that break and that do not, and what a camera sees of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pinchoff.collisions import synthetic
+from pinchoff.errors import InputError
+from pinchoff.figures import style
+from pinchoff.figures.separating_line import BROKE, UNBROKEN
+from pinchoff.necks import ThinningHistory, last_frame_necks
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FRAME_RATES = (30.0, 60.0, 240.0, 1000.0)
+"""Cameras that are compared, frames/s; the paper's makes 60."""
+
+_PAPER_LIMIT_UM = 80.3  # 0.167 of the median diameter of droplets that broke
+_BINS = 40
+_COLORS = ("#0072b2", "#009e73", "#e69f00", "#d55e00")
+
+
+def neck_histograms(
+    table: pd.DataFrame, history: ThinningHistory | None = None, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Draw the distribution of the thinnest neck, and what cameras would see of one that breaks.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Checked collisions with ``neck_um``, or else ``neck_thickness`` in D0.
+    history : ThinningHistory, optional
+        Of a droplet that breaks; without it there is one panel only.
+    axes : sequence of Axes, optional
+        Where to draw, one or two; by default a new figure.
+
+    Returns
+    -------
+    list of Axes
+
+    Raises
+    ------
+    InputError
+        No necks were measured.
+    """
+    name, unit = (
+        ("neck_um", "µm") if table["neck_um"].notna().any() else ("neck_thickness", "$D_0$")
+    )
+    necks = table[name].to_numpy(dtype=np.float64)
+    broke = table["broke"].to_numpy(dtype=bool)
+    measured = np.isfinite(necks)
+    if not measured.any():
+        rule = "one with the thinnest necks"
+        raise InputError.of("table", rule, "none measured", "leave this figure out")
+    with style.journal_style():
+        if axes is None:
+            width = style.ONE_COLUMN if history is None else style.TWO_COLUMNS
+            figure = Figure(figsize=(width, 2.6), layout="constrained")
+            panels = figure.subplots(1, 1 if history is None else 2, squeeze=False)
+            axes = list(panels[0])
+        edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()
+        for which, color, label in ((broke, BROKE, "breaks"), (~broke, UNBROKEN, "does not break")):
+            values = necks[measured & which]
+            text = f"{label}: {len(values):,}"
+            axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
+        if unit == "µm":
+            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:g} µm"
+            axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
+        axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ / {unit}")
+        axes[0].set_ylabel("collisions")
+        axes[0].legend()
+        if history is not None:
+            _draw_cameras(axes[1], history)
+        if synthetic(table):
+            style.mark_synthetic(axes[0], y=0.5)
+        return list(axes)
+
+
+def _draw_cameras(axes: Axes, history: ThinningHistory) -> None:
+    """Draw the cumulative distribution of the neck in the last frame before the break-up."""
+    for rate, color in zip(FRAME_RATES, _COLORS, strict=True):
+        necks = np.sort(last_frame_necks(history, rate))
+        share = (np.arange(len(necks)) + 0.5) / len(necks)
+        axes.plot(necks, share, color=color, label=f"{rate:g} frames/s")
+    axes.set_ylim(0, 1.02)
+    axes.set_xlabel(r"neck in the last frame before the break-up / µm")
+    axes.set_ylabel("share of films with a thinner one")
+    axes.set_title("one neck, any phase of the camera", loc="right", fontsize=7)
+    axes.legend(loc="lower right")

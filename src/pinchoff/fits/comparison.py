@@ -1,0 +1,129 @@
+"""Which quantities the data need: nested laws side by side, by likelihood ratio and AIC."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pinchoff.collisions_import import ImportedCollisions, checked_collisions
+from pinchoff.errors import InputError
+from pinchoff.fits.form import EXPONENTS, Form
+from pinchoff.fits.likelihood import Constraint, Equation, LogisticLikelihood, maximum
+from pinchoff.fits.rows import rows_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+COLUMNS = {
+    "law": "",
+    "claim": "",
+    "parameters": "1",
+    "log_likelihood": "1",
+    "aic": "1",
+    "delta_aic": "1",
+    "likelihood_ratio": "1",
+    "freedom": "1",
+    "p_value": "1",
+}
+"""Columns of the comparison and their units."""
+
+
+class _Law(NamedTuple):
+    """A law that is the full one with some numbers fixed."""
+
+    name: str
+    claim: str
+    equations: list[Equation]
+
+
+def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str]) -> pd.DataFrame:
+    """Fit the law with every exponent free that the data decide, and laws that fix some of them.
+
+    Parameters
+    ----------
+    table : DataFrame, ImportedCollisions or path
+        As of `pinchoff.fit_law`.
+
+    Returns
+    -------
+    DataFrame
+        One row per law, the full one first: ``law``; ``claim``, in words; ``parameters``;
+        ``log_likelihood``; ``aic`` and its distance ``delta_aic`` from the least;
+        ``likelihood_ratio``, 2 ln of the full law's likelihood over this one's, which is χ²
+        distributed with ``freedom`` if the law is true, and the ``p_value`` of that: a small one
+        speaks against the law.
+
+    Raises
+    ------
+    InputError
+        As `pinchoff.fit_law`; or the outcomes do not overlap.
+    """
+    from scipy.stats import chi2
+
+    imported = checked_collisions(table)
+    form = Form(_decided(imported.table))
+    rows = rows_of(imported.table, form)
+    likelihood = LogisticLikelihood(rows.features, rows.broke)
+    best = maximum(likelihood)
+    if best.doubtful:
+        rule = "collisions whose outcomes overlap"
+        advice = "laws cannot be compared where several fit without an exception"
+        raise InputError.of("table", rule, "outcomes that a line separates", advice)
+    found = []
+    for law in _laws(form):
+        constraint = Constraint.of(law.equations) if law.equations else None
+        start = constraint.nearest(best.coefficients) if constraint else best.free
+        value = maximum(likelihood, constraint, start).value
+        freedom = len(law.equations)
+        ratio = max(0.0, 2.0 * (best.value - value))
+        p_value = float(chi2.sf(ratio, freedom)) if freedom else math.nan
+        size = form.size - freedom
+        aic = 2.0 * size - 2.0 * value
+        found.append((law.name, law.claim, size, value, aic, 0.0, ratio, freedom, p_value))
+    return _frame(found)
+
+
+def _frame(found: Sequence[tuple[object, ...]]) -> pd.DataFrame:
+    import pandas as pd
+
+    frame = pd.DataFrame(found, columns=list(COLUMNS))
+    frame["delta_aic"] = frame["aic"] - frame["aic"].min()
+    frame.attrs["units"] = dict(COLUMNS)
+    return frame
+
+
+def _decided(table: pd.DataFrame) -> tuple[str, ...]:
+    """Return the quantities whose exponents the rows can tell from the others."""
+    free: list[str] = []
+    for name in ("area", "thickness", "viscosity"):
+        values = table[EXPONENTS[name].column].to_numpy(dtype=np.float64)
+        if np.isfinite(values).all() and np.ptp(values) > 1e-9 * np.abs(values).max():
+            try:
+                rows_of(table, Form((*free, name)))
+            except InputError:
+                continue
+            free.append(name)
+    return tuple(free)
+
+
+def _laws(form: Form) -> list[_Law]:
+    """Return the full law, the paper's, and those in which one quantity does not matter."""
+    keys = [EXPONENTS[name].key for name in form.free]
+    symbols = [EXPONENTS[name].symbol for name in form.free]
+    laws = [_Law("full", f"{', '.join(symbols) or 'no exponents'} free", [])]
+    paper = [form.equation(key, 1.0) for key in keys]
+    if paper:
+        laws.append(_Law("paper", f"{' = '.join(symbols)} = 1", paper))
+    for name, key, symbol in zip(form.free, keys, symbols, strict=True):
+        if len(keys) > 1:
+            laws.append(_Law(f"{name} as in the paper", f"{symbol} = 1", [form.equation(key, 1.0)]))
+    for name, key, symbol in zip(form.free, keys, symbols, strict=True):
+        laws.append(_Law(f"without {name}", f"{symbol} = 0", [form.equation(key, 0.0)]))
+    if {"area", "thickness"} <= {*form.free}:
+        laws.append(_Law("without radius", "ε2 = 0", [form.equation("epsilon_2", 0.0)]))
+    laws.append(_Law("without symmetry", "S does not matter", [form.without_symmetry()]))
+    return laws

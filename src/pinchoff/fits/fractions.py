@@ -1,0 +1,110 @@
+"""How large a share of the collisions broke, bin by bin, with binomial intervals."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.fits.intervals import normal_quantile
+
+Floats = NDArray[np.float64]
+
+
+class Fractions(NamedTuple):
+    """N_break/N_total in bins, those without a collision left out.
+
+    Attributes
+    ----------
+    middle : ndarray, shape (b,)
+        Geometric mean of Bk of the collisions in the bin.
+    broke, total : ndarray of int, shape (b,)
+    low, high : ndarray, shape (b,)
+        Ends of the binomial interval.
+    """
+
+    middle: Floats
+    broke: NDArray[np.intp]
+    total: NDArray[np.intp]
+    low: Floats
+    high: Floats
+
+    @property
+    def fraction(self) -> Floats:
+        """N_break/N_total, shape (b,)."""
+        return np.asarray(self.broke / self.total)
+
+
+def broken_fractions(
+    breakup_number: Floats, broke: NDArray[np.bool_], edges: Floats, confidence: float = 0.95
+) -> Fractions:
+    """Count collisions in bins of Bk.
+
+    Parameters
+    ----------
+    breakup_number : ndarray, shape (n,)
+        Bk, positive.
+    broke : ndarray of bool, shape (n,)
+    edges : ndarray, shape (b + 1,)
+        Ascending; collisions beyond them are left out.
+    confidence : float, optional
+        Of the intervals.
+    """
+    bins = np.digitize(breakup_number, edges) - 1
+    inside = (bins >= 0) & (bins < len(edges) - 1)
+    bins, broke = bins[inside], broke[inside]
+    total = np.bincount(bins, minlength=len(edges) - 1)
+    broken = np.bincount(bins[broke], minlength=len(edges) - 1)
+    logs = np.bincount(bins, np.log(breakup_number[inside]), minlength=len(edges) - 1)
+    there = total > 0
+    total, broken = total[there], broken[there]
+    low, high = wilson_interval(broken, total, confidence)
+    return Fractions(np.exp(logs[there] / total), broken, total, low, high)
+
+
+def wilson_interval(
+    broke: NDArray[np.intp], total: NDArray[np.intp], confidence: float
+) -> tuple[Floats, Floats]:
+    """Return Wilson's interval of a binomial share, which stays within 0 and 1 for few counts.
+
+    Parameters
+    ----------
+    broke, total : ndarray of int, shape (b,)
+    confidence : float
+
+    Returns
+    -------
+    low, high : ndarray, shape (b,)
+    """
+    z = normal_quantile(confidence)
+    share = broke / total
+    scale = 1.0 / (1.0 + z**2 / total)
+    middle = scale * (share + z**2 / (2 * total))
+    reach = scale * z * np.sqrt(share * (1.0 - share) / total + (z / (2 * total)) ** 2)
+    low = np.where(broke == 0, 0.0, middle - reach)
+    high = np.where(broke == total, 1.0, middle + reach)
+    return np.maximum(low, 0.0), np.minimum(high, 1.0)
+
+
+def merged_edges(values: Floats, edges: Floats, fewest: int) -> Floats:
+    """Leave out edges, from the lowest on, until every bin has so many values."""
+    counts = np.histogram(values, edges)[0]
+    kept, held = [edges[0]], 0
+    for edge, count in zip(edges[1:], counts, strict=True):
+        held += count
+        if held >= fewest:
+            kept.append(edge)
+            held = 0
+    if len(kept) == 1:
+        return edges[[0, -1]]
+    kept[-1] = edges[-1]  # the last bin takes what is left over
+    return np.array(kept)
+
+
+def logarithmic_edges(low: float, high: float, per_decade: float) -> Floats:
+    """Return edges of bins that are even in the logarithm, with one edge on 1."""
+    first = math.floor(math.log10(low) * per_decade)
+    last = math.ceil(math.log10(high) * per_decade)
+    return np.asarray(10.0 ** (np.arange(first, last + 1) / per_decade), dtype=np.float64)

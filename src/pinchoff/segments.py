@@ -1,0 +1,81 @@
+r"""A circular droplet cut by a straight centreline: areas, symmetry, and why β is near -3/4.
+
+A centreline that leaves a segment of height h of a circle of diameter D has
+
+.. math:: S = \frac{2 A_\mathrm{small}}{A}
+    = \frac{2}{\pi}\left[\arccos(1 - 2t) - 2 (1 - 2t)\sqrt{t - t^2}\right], \qquad t = h/D
+
+If all collisions on the separating line share one h, then S_c falls with the area as A^β, with
+β = -3/4 for h ≪ D [paper, section 4.2].
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+
+SMALL_SEGMENT_EXPONENT = -0.75
+"""β of one h for all areas, in the limit h ≪ D [paper, section 4.2]."""
+
+
+def segment_area(height: ArrayLike, diameter: ArrayLike) -> Floats:
+    """Return the area of a circular segment.
+
+    Parameters
+    ----------
+    height, diameter : array_like, shape (...)
+        h, from 0 to the diameter, and D, in one unit.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        In the square of that unit.
+    """
+    d = np.asarray(diameter, dtype=np.float64)
+    return np.asarray(0.125 * np.pi * d**2 * _twice_share(np.asarray(height) / d))
+
+
+def symmetry_of_height(relative_height: ArrayLike) -> Floats:
+    """Return S of a circle whose smaller part is a segment of height h.
+
+    Parameters
+    ----------
+    relative_height : array_like, shape (...)
+        h/D, from 0 to 1/2.
+    """
+    return np.asarray(_twice_share(np.asarray(relative_height, dtype=np.float64)))
+
+
+def symmetry_of_impact(relative_impact: ArrayLike) -> Floats:
+    """Return S of a circle whose centre passes the obstacle's at a distance b.
+
+    Parameters
+    ----------
+    relative_impact : array_like, shape (...)
+        |b|/D; S is 0 from 1/2 on, where the centreline misses the droplet.
+    """
+    distance = np.minimum(np.abs(np.asarray(relative_impact, dtype=np.float64)), 0.5)
+    return symmetry_of_height(0.5 - distance)
+
+
+def local_exponent(relative_height: ArrayLike) -> Floats:
+    r"""Return d ln S/d ln A of circles that share one h.
+
+    From dS/dt = (16/π) √(t - t²), at constant h: -t/(2S) dS/dt. It is -3/4 for small h and -2/π
+    for a circle cut in half.
+
+    Parameters
+    ----------
+    relative_height : array_like, shape (...)
+        t = h/D, above 0 and at most 1/2.
+    """
+    t = np.asarray(relative_height, dtype=np.float64)
+    return np.asarray(-8.0 / np.pi * t * np.sqrt(t - t**2) / _twice_share(t))
+
+
+def _twice_share(t: Floats) -> Floats:
+    """Return twice the segment's share of the circle's area."""
+    cosine = np.clip(1.0 - 2.0 * t, -1.0, 1.0)
+    return np.asarray(2.0 / np.pi * (np.arccos(cosine) - cosine * np.sqrt(1.0 - cosine**2)))
