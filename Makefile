@@ -30,9 +30,11 @@ test-slow: $(VENV)/test.stamp
 
 bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/law.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
+	$(BIN)/python benchmarks/law.py --quick
 
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))

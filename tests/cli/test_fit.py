@@ -127,9 +127,8 @@ def test_an_end_that_is_not_there_is_null(tmp_path):
     few = pd.concat([broke, table[~table["broke"].astype(bool)].head(14)])
     write_collisions(few, tmp_path / "few.parquet")
     assert fit(tmp_path / "few.parquet", "--out", tmp_path / "law") == 0
-    ends = [
-        law_in(tmp_path / "law")[name][end] for name in ("alpha", "beta", "w") for end in ("low", "high")
-    ]
+    law = law_in(tmp_path / "law")
+    ends = [law[name][end] for name in ("alpha", "beta", "w") for end in ("low", "high")]
     assert None in ends
 
 
