@@ -70,6 +70,36 @@ def test_exponents_that_are_not_1_come_back():
     )
 
 
+@pytest.mark.parametrize(
+    ("quantity", "key", "reference", "power"),
+    [("surface_tension", "epsilon_gamma", 20.0, -1), ("speed", "epsilon_v", 1.0, 1)],
+)
+def test_exponents_of_surface_tension_and_speed_come_back(quantity, key, reference, power):
+    """Bk ∝ v^ε_v/γ^ε_γ, with one of them 2; tensions spread by a factor 3."""
+    table = po.virtual_experiment(6, symmetry_noise=0)
+    rng = np.random.default_rng(1)
+    table["surface_tension_mN_m"] *= rng.uniform(0.5, 1.5, len(table))
+    table["capillary_number"] *= 20 / table["surface_tension_mN_m"]
+    column = {"surface_tension": "surface_tension_mN_m", "speed": "speed_mm_s"}[quantity]
+    bk = (
+        po.breakup_number(
+            table["capillary_number"],
+            table["normalized_area"],
+            table["symmetry"],
+            table["normalized_thickness"],
+            line="paper-experiment",
+        )
+        * (table[column] / reference) ** power
+    )
+    table["broke"] = rng.random(len(table)) < 1 / (1 + bk**-10)
+    fit = po.fit_law(table, free=quantity)
+    found = fit.estimates[key]
+    assert found.low < 2 < found.high
+    assert found.high - found.low < 0.4
+    near = bk.between(0.3, 3)
+    assert fit.breakup_number(table[near]) == pytest.approx(bk[near].to_numpy(), rel=0.15)
+
+
 def test_half_of_the_collisions_on_the_line_break(many):
     fit = po.fit_law(many)
     assert fit.probability(1.0) == pytest.approx(0.5)

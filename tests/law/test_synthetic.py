@@ -63,6 +63,7 @@ def test_measured_symmetry_has_the_noise(table):
     assert error.std() == pytest.approx(0.088, rel=0.05)
     assert error.mean() == pytest.approx(0, abs=0.006)
     assert table["symmetry"].between(0, 1).all()
+    assert not table["symmetry"].isin([0.0, 1.0]).any()  # reflected there, not cut off
     assert table["true_symmetry"].to_numpy() == pytest.approx(
         symmetry_of_impact(table["impact_parameter"])
     )

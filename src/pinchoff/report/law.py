@@ -37,6 +37,8 @@ def signed_number(value: float, digits: int = 4) -> str:
     """Write a number with so many significant digits and a true minus sign; ∞ where it is."""
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
+    if 10**digits <= abs(value) < 1e9:
+        return f"{value:,.0f}".replace("-", "\N{MINUS SIGN}")
     return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
@@ -152,7 +154,7 @@ def _compare(page: Page, study: LawStudy) -> None:
                 signed_number(row["delta_aic"], 3),
                 signed_number(row["likelihood_ratio"], 3),
                 row["freedom"] or "",
-                "" if math.isnan(row["p_value"]) else f"{row['p_value']:.2g}",
+                _p_value(row["p_value"]),
             )
             for row in study.comparison.to_dict("records")
         ],
@@ -161,6 +163,12 @@ def _compare(page: Page, study: LawStudy) -> None:
         "Each law is the full one with some numbers fixed. A small p speaks against the claim; the "
         "smallest AIC, ΔAIC = 0, is the law that predicts best for its number of parameters."
     )
+
+
+def _p_value(value: float) -> str:
+    if math.isnan(value):
+        return ""
+    return f"{value:.2g}" if value > 1e-300 else "<1e-300"
 
 
 def _list_set_aside(page: Page, study: LawStudy) -> None:
