@@ -43,6 +43,8 @@ def read_table(path: str | os.PathLike[str]) -> pd.DataFrame:
     import pandas as pd
 
     source = Path(path)
+    if not source.exists():
+        raise InputError.of(str(path), "a readable table", "nothing there", _ADVICE)
     try:
         if source.suffix.lower() in TEXT:
             frame = _read_text(source)

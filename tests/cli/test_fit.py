@@ -167,6 +167,23 @@ def test_wrong_options_are_refused_by_name(virtual, tmp_path, capsys, options, a
     assert not list(tmp_path.glob("law/*.*"))
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["fit"], "TABLE must be given; got nothing"),
+        (["fit", "x", "--samples", "many"], "--samples must be a whole number; got many"),
+        (["fit", "x", "--fraction=half"], "--fraction must be a number; got half"),
+        (["fit", "x", "--seed"], "--seed must be followed by a value; got nothing"),
+        (["virtual", "--engine=3"], "--engine must be given without a value; got 3"),
+        (["sweep", "x"], "--out must be given; got nothing"),
+    ],
+)
+def test_what_the_parser_does_not_understand(capsys, arguments, message):
+    assert main(arguments) == 2
+    see = f"see pinchoff {arguments[0]} --help"
+    assert capsys.readouterr().err == f"error: {message}; {see}\n"
+
+
 def test_files_that_are_none_are_refused(tmp_path, capsys):
     assert fit(tmp_path / "no.csv") == 2
     assert "no.csv must be a readable table" in capsys.readouterr().err

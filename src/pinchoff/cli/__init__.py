@@ -27,6 +27,8 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort
 
+_TYPES = {"integer": "a whole number", "number": "a number"}  # by words of the parser
+
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
@@ -77,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:
-        return _failed(_usage_message(error, given[0]), 2)
+        return _failed(_usage_message(error, given), 2)
     except (typer.Abort, KeyboardInterrupt):
         return _failed("interrupted", 1)
     except (OSError, ImportError, MemoryError) as error:
@@ -99,14 +101,33 @@ def _failed(message: str, code: int) -> int:
     return code
 
 
-def _usage_message(error: Exception, first: str) -> str:
+def _usage_message(error: Exception, given: Sequence[str]) -> str:
     """Say what the parser did not understand, in the form of our own errors where it fits."""
     commands = {getattr(command.callback, "__name__", "") for command in app.registered_commands}
-    see = f"see pinchoff {first} --help" if first in commands else "see pinchoff --help"
+    see = f"see pinchoff {given[0]} --help" if given[0] in commands else "see pinchoff --help"
+    option = str(getattr(error, "option_name", ""))
     if hasattr(error, "possibilities"):
-        name = str(getattr(error, "option_name", ""))
-        near = difflib.get_close_matches(name, error.possibilities or (), n=1)
+        near = difflib.get_close_matches(option, error.possibilities or (), n=1)
         advice = f"did you mean {near[0]}?" if near else see
-        return f"{name} must be an existing option; got {name}; {advice}"
+        return f"{option} must be an existing option; got {option}; {advice}"
+    message = str(getattr(error, "message", ""))
+    if option:
+        rule = "given without a value" if "does not take" in message else "followed by a value"
+        return f"{option} must be {rule}; got {_given_to(option, given)}; {see}"
+    (name, *_) = getattr(getattr(error, "param", None), "opts", None) or ("",)
+    if name:
+        place = name if name.startswith("-") else name.upper()
+        rule = next((rule for word, rule in _TYPES.items() if word in message), "given")
+        return f"{place} must be {rule}; got {_given_to(name, given)}; {see}"
     message = getattr(error, "format_message", error.__str__)()
     return f"{message.rstrip('.')}; {see}"
+
+
+def _given_to(option: str, given: Sequence[str]) -> str:
+    """Return what stands behind an option."""
+    for k, text in enumerate(given):
+        if text.startswith(f"{option}="):
+            return text.partition("=")[2]
+        if text == option and k + 1 < len(given):
+            return given[k + 1]
+    return "nothing"
