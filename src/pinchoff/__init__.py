@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from pinchoff.outlines import Outlines as Outlines
     from pinchoff.parameters import Parameters as Parameters
     from pinchoff.parameters import PhysicalScale as PhysicalScale
+    from pinchoff.reproduction import reproduce as reproduce
     from pinchoff.simulation import Collision as Collision
     from pinchoff.simulation import simulate as simulate
     from pinchoff.simulation import simulate_many as simulate_many
@@ -68,6 +69,7 @@ _HOME = {
     "fit_law": "fits",
     "import_collisions": "collisions_import",
     "read_collisions": "collisions_file",
+    "reproduce": "reproduction",
     "simulate": "simulation",
     "simulate_many": "simulation",
     "sweep": "sweeps",
@@ -102,6 +104,7 @@ __all__ = [
     "flow",
     "import_collisions",
     "read_collisions",
+    "reproduce",
     "simulate",
     "simulate_many",
     "sweep",

@@ -16,6 +16,7 @@ import typer
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.fit import fit
+from pinchoff.cli.reproduce import reproduce
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
@@ -42,6 +43,7 @@ app.command()(boundary)
 app.command()(calibrate)
 app.command()(fit)
 app.command()(virtual)
+app.command()(reproduce)
 
 
 def _print_version(wanted: bool) -> None:

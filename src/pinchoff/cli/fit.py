@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +11,7 @@ import typer
 from pinchoff.cli.folders import prepare_folder, results_folder
 from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite
 from pinchoff.cli.report import json_text, jsonable, printed_warnings
+from pinchoff.cli.table import ColumnMap, Constants, Units, imported
 from pinchoff.errors import InputError
 from pinchoff.files import written_aside
 from pinchoff.progress import progress_bar
@@ -41,7 +41,6 @@ FIGURES = {
 }
 _FILES = (LAW, LAWS, SET_ASIDE, PAGE, *FIGURES)
 
-_TABLE = "Table"
 _FIT = "Fit"
 _FLAGS = {
     "free": "--free",
@@ -52,13 +51,6 @@ _FLAGS = {
 }
 
 
-def _pairs(flag: str, meaning: str) -> typer.models.OptionInfo:
-    option: typer.models.OptionInfo = typer.Option(
-        flag, metavar="NAME=TEXT", help=f"{meaning}; may be repeated.", rich_help_panel=_TABLE
-    )
-    return option
-
-
 def fit(
     table: Annotated[
         Path,
@@ -67,14 +59,9 @@ def fit(
             help="Parquet file or folder of a sweep, CSV, TSV or spreadsheet of collisions.",
         ),
     ],
-    columns: Annotated[
-        list[str] | None, _pairs("--map", "Column of a quantity, as symmetry=S_meas")
-    ] = None,
-    units: Annotated[list[str] | None, _pairs("--unit", "Unit of a quantity, as area=mm^2")] = None,
-    constants: Annotated[
-        list[str] | None,
-        _pairs("--constant", "What is the same in all rows, as viscosity='48 mPa s'"),
-    ] = None,
+    columns: ColumnMap = None,
+    units: Units = None,
+    constants: Constants = None,
     free: Annotated[
         list[str] | None,
         typer.Option(
@@ -128,12 +115,7 @@ def fit(
     """
     folder = results_folder(out)
     with printed_warnings():
-        collisions = _imported(
-            table,
-            _read_pairs("--map", columns),
-            _read_pairs("--unit", units),
-            _read_pairs("--constant", constants),
-        )
+        collisions = imported(table, columns, units, constants)
         prepare_folder(folder, _FILES, overwrite=overwrite)
         study = _studied(
             collisions,
@@ -154,39 +136,6 @@ def fit(
     for name in _FILES:
         if (folder / name).exists():
             print(f"wrote {folder / name}", file=sys.stderr if as_json else sys.stdout)
-
-
-def _read_pairs(flag: str, texts: Sequence[str] | None) -> dict[str, str]:
-    pairs: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise InputError.of(flag, "NAME=TEXT", text, "see pinchoff fit --help")
-        if name in pairs:
-            raise InputError.of(f"{flag} {name}", "given once", value, "drop one of them")
-        pairs[name] = value
-    return pairs
-
-
-def _imported(
-    table: Path,
-    columns: Mapping[str, str],
-    units: Mapping[str, str],
-    constants: Mapping[str, str],
-) -> ImportedCollisions:
-    """Read the table; name the option in errors about what an option says."""
-    from pinchoff.collisions_import import import_collisions
-
-    try:
-        return import_collisions(table, columns=columns, units=units, constants=constants)
-    except InputError as error:
-        name = error.argument.removeprefix("unit of ")
-        flag = "--unit" if name != error.argument or name in units else ""
-        for option, given in (("--map", columns), ("--constant", constants)):
-            flag = option if name in given and not flag else flag
-        if not flag:
-            raise
-        raise InputError.of(f"{flag} {name}", error.rule, error.got, error.advice) from None
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:

@@ -22,7 +22,9 @@ def area_ratio_bound(symmetry: np.typing.ArrayLike) -> np.typing.NDArray[np.floa
     return np.asarray(s / (2.0 - s))
 
 
-def daughter_areas(table: pd.DataFrame, axes: Axes | None = None) -> Axes:
+def daughter_areas(
+    table: pd.DataFrame, axes: Axes | None = None, *, curves: pd.DataFrame | None = None
+) -> Axes:
     """Draw A1/A2 of droplets that broke against S, with the bound S/(2 - S).
 
     Parameters
@@ -31,6 +33,8 @@ def daughter_areas(table: pd.DataFrame, axes: Axes | None = None) -> Axes:
         Checked collisions; those without measured daughters are left out.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
+    curves : DataFrame, optional
+        Simulated break-ups; those of one Ca are joined to a line.
 
     Returns
     -------
@@ -62,6 +66,10 @@ def daughter_areas(table: pd.DataFrame, axes: Axes | None = None) -> Axes:
             linewidths=0,
             rasterized=True,
         )
+        for ca, runs in () if curves is None else curves.groupby("capillary_number"):
+            line = runs.sort_values("symmetry")
+            color = points.to_rgba(np.array([float(str(ca))]))[0]
+            axes.plot(line["symmetry"], line["daughter_area_ratio"], color=color, lw=1.2)
         wide = np.linspace(0.0, 1.0, 200)
         axes.plot(wide, area_ratio_bound(wide), "k:", label="$S/(2-S)$")
         axes.set_xlim(0, 1)

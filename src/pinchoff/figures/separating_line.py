@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
+from pinchoff.collisions import synthetic
 from pinchoff.errors import InputError
 from pinchoff.figures import style
 from pinchoff.files import written_aside
@@ -43,7 +44,11 @@ MARKERS = "osD^vPX*"
 
 
 def separating_line(
-    boundary: Boundary, fit: LineFit | None = None, axes: Axes | None = None
+    boundary: Boundary,
+    fit: LineFit | None = None,
+    axes: Axes | None = None,
+    *,
+    measured: pd.DataFrame | None = None,
 ) -> Axes:
     """Draw S against Ca Ã z̃ on logarithmic axes, as the paper's overlay of its simulations.
 
@@ -58,6 +63,8 @@ def separating_line(
         A line with p = 1 to draw with its interval, over the range that it was fitted on.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
+    measured : DataFrame, optional
+        Collisions of an experiment to draw behind, as small points.
 
     Returns
     -------
@@ -67,6 +74,8 @@ def separating_line(
         if axes is None:
             axes = _one_panel()
         control = _draw_runs(axes, boundary.runs)
+        if measured is not None:
+            _draw_measured(axes, measured)
         wide = np.geomspace(0.8 * control.min(), 1.25 * control.max(), 200)
         for line, name, color, dashes in PAPER_LINES:
             label = f"{name}: {_formula(line)}"
@@ -150,6 +159,18 @@ def _draw_runs(axes: Axes, runs: pd.DataFrame) -> Floats:
             label=label,
         )
     return np.asarray(control[touched])
+
+
+def _draw_measured(axes: Axes, measured: pd.DataFrame) -> None:
+    """Draw collisions of an experiment as a faint layer of points."""
+    groups = ("capillary_number", "normalized_area", "normalized_thickness")
+    forcing = np.prod([measured[name].to_numpy() for name in groups], axis=0)
+    colors = np.where(measured["broke"].to_numpy(dtype=bool), BROKE, UNBROKEN)
+    axes.scatter(
+        forcing, measured["symmetry"], s=1.5, c=colors, alpha=0.3, linewidths=0, rasterized=True
+    ).set_zorder(0.5)
+    if synthetic(measured):
+        style.mark_synthetic(axes, x=0.03)
 
 
 def _draw_fit(axes: Axes, fit: LineFit) -> None:

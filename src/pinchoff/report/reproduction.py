@@ -1,0 +1,59 @@
+"""The page of a reproduction: verdicts on every number, and every figure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from pinchoff.report.page import Page
+
+if TYPE_CHECKING:
+    from pinchoff.reproduction.make import Reproduction
+
+COLUMNS = ("", "where", "paper", "ours", "95 % interval or range", "how", "verdict", "")
+
+
+def reproduction_page(made: Reproduction) -> Page:
+    """Return the page."""
+    synthetic = made.settings["experiment"] is None
+    notice = (
+        "There are no real collisions in this reproduction: what the paper measured is replaced by "
+        "synthetic collisions, drawn from the paper's own law under its conditions. Where they are "
+        "used, it is said; agreement there shows that the analysis works, not that the experiment "
+        "was repeated."
+        if synthetic
+        else ""
+    )
+    summary = (
+        "Figures and numbers of “Droplet Breakup Against an Isolated Obstacle” (Meer, Sista, "
+        "Shattuck, O'Hern and Weeks, Soft Matter 2026, doi 10.1039/D5SM01266J), remade."
+    )
+    page = Page("The paper, remade", summary, notice)
+    if made.numbers:
+        page.section("Numbers")
+        counts = Counter(number.verdict for number in made.numbers)
+        page.paragraph("; ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
+        page.table(
+            COLUMNS,
+            [
+                (n.name, n.place, n.paper, n.ours, n.interval, n.how, n.verdict, n.note)
+                for n in made.numbers
+            ],
+        )
+    for figure in made.figures:
+        page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
+        page.figure(figure.png, figure.figure.caption)
+        page.paragraph(f"From: {figure.how}. For papers: {figure.pdf.name}.")
+    page.section("Provenance")
+    settings = made.settings
+    page.facts(
+        {
+            "version": settings["pinchoff_version"],
+            "seed": settings["seed"],
+            "simulations": "quick: fewer and coarser" if settings["quick"] else "full",
+            "experiment": "synthetic" if synthetic else f"sha256 {settings['experiment'][:16]}…",
+            "time": f"{made.seconds:.0f} s",
+            "constants": "preset default, unless a caption says otherwise",
+        }
+    )
+    return page
