@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -107,8 +106,10 @@ def _shown() -> Iterator[Callable[[str, int, int], object] | None]:
 
 
 def _announce(made: Reproduction, page: Path) -> None:
-    for verdict, count in Counter(number.verdict for number in made.numbers).most_common():
-        print(f"{count} numbers: {verdict}")
+    from pinchoff.report.reproduction import verdicts
+
+    if made.numbers:
+        print(verdicts(made))
     for number in made.numbers:
         if number.verdict == "differs":
             print(f"differs: {number.name}: paper {number.paper}, ours {number.ours}")

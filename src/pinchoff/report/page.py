@@ -117,7 +117,7 @@ class Page:
         """Return the page."""
         from pinchoff import __version__
 
-        links = "".join(
+        links = "\n".join(
             f'<a href="#section-{k}">{escape(heading)}</a>'
             for k, heading in enumerate(self._headings, start=1)
         )

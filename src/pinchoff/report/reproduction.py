@@ -9,8 +9,28 @@ from pinchoff.report.page import Page
 
 if TYPE_CHECKING:
     from pinchoff.reproduction.make import Reproduction
+    from pinchoff.reproduction.numbers import Number
 
-COLUMNS = ("", "where", "paper", "ours", "95 % interval or range", "how", "verdict", "")
+COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
+
+VERDICTS = {
+    "agrees": "agree",
+    "differs": "differ",
+    "misprint": "are misprints of the paper",
+    "needs the authors' data": "need the authors' data",
+}
+"""Verdicts on several numbers."""
+
+
+def verdicts(made: Reproduction) -> str:
+    """Say how many numbers agree and how many do not."""
+    counts = Counter(str(number.verdict) for number in made.numbers)
+    said = [f"{counts[verdict]} {words}" for verdict, words in VERDICTS.items() if counts[verdict]]
+    return f"Of {len(made.numbers)} numbers {', '.join(said)}"
+
+
+def _sources(number: Number) -> str:
+    return "; ".join(filter(None, (number.place, number.how, number.note)))
 
 
 def reproduction_page(made: Reproduction) -> Page:
@@ -31,14 +51,10 @@ def reproduction_page(made: Reproduction) -> Page:
     page = Page("The paper, remade", summary, notice)
     if made.numbers:
         page.section("Numbers")
-        counts = Counter(number.verdict for number in made.numbers)
-        page.paragraph("; ".join(f"{count} {verdict}" for verdict, count in counts.most_common()))
+        page.paragraph(f"{verdicts(made)}.")
         page.table(
             COLUMNS,
-            [
-                (n.name, n.place, n.paper, n.ours, n.interval, n.how, n.verdict, n.note)
-                for n in made.numbers
-            ],
+            [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in made.numbers],
         )
     for figure in made.figures:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
