@@ -81,9 +81,9 @@ def _draw(
     axes.set_xscale("log")
     wide = np.geomspace(edges[0], edges[-1], 800)
     axes.plot(wide, wide > 1.0, color=_STEP, lw=1.0, label="step at Bk = 1")
-    axes.plot(
-        wide, fit.probability(wide), color=_LAW, lw=1.4, label=f"law, $w$ = {fit.w.value:.3g}"
-    )
+    # Data with noise in S are spread wider than the law of the exact S that is drawn.
+    label = f"law, $w$ = {fit.w.value:.3g}" + (", exact $S$" if fit.symmetry_noise else "")
+    axes.plot(wide, fit.probability(wide), color=_LAW, lw=1.4, label=label)
     axes.errorbar(
         found.middle,
         found.fraction,
