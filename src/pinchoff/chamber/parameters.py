@@ -74,7 +74,7 @@ class Junction(Checked):
     water_width_um: Number = _length(100.0, "the width of the water channel")
     cross_width_um: Number = _length(150.0, "the width of a channel of oil to the junction")
     orifice_width_um: Number = _length(80.0, "the width of the orifice")
-    orifice_length_um: Number = _length(150.0, "the length of the orifice")
+    orifice_length_um: Number = _length(250.0, "the length of the orifice")
     channel_width_um: Number = _length(600.0, "the width of the droplets' channel")
     taper_length_um: Number = _length(400.0, "the length from orifice to channel")
 
@@ -174,7 +174,7 @@ class Exit(Checked):
         Of the punched hole.
     """
 
-    length_um: Number = _length(5045.0, "the length along which the walls converge")
+    length_um: Number = _length(5095.0, "the length along which the walls converge")
     width_um: Number = _length(1000.0, "the width at the outlet")
     port_diameter_um: Number = _length(1500.0, "the diameter of the punched hole")
 

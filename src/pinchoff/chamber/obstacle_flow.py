@@ -1,0 +1,166 @@
+"""The computed flow round one obstacle in the engine, beside the Stokes flow of the paper."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pinchoff import flow as flows
+from pinchoff.boundaries import Boundary, boundary
+from pinchoff.parameters import Parameters
+from pinchoff.simulation import Collision, Flow, simulate
+
+if TYPE_CHECKING:
+    from pinchoff.chamber.flow_check import FlowCheck
+    from pinchoff.chamber.layout import Pillar
+
+NODES_PER_RADIUS = 12.0
+"""Nodes of the sampled flow across the obstacle's radius."""
+
+SIMULATION_CAPILLARY_NUMBERS = (16.0, 20.0, 25.0, 32.0, 40.0, 50.0, 64.0, 80.0)
+"""At which the separating lines of the two flows are compared."""
+
+OFFSET = 0.05
+"""Start y of the collision that is shown, D0."""
+
+_BEHIND, _ASIDE = 5.0, 2.5  # extent of the sampled flow downstream and sideways, D0
+_FARTHEST, _NEAREST = 3.0, 0.75  # start of the droplet, D0
+_CLEARANCE = 0.1  # of the droplet to other obstacles on its way, D0
+
+
+@dataclass(frozen=True, eq=False)
+class FlowComparison:
+    """Collisions in the chamber's flow and in the Stokes flow, all else equal.
+
+    Attributes
+    ----------
+    obstacle : Pillar
+        The obstacle that stands at the origin of both.
+    flow : Flow
+        The chamber's, in D0 and v_f∞, the mean speed in the imaging area.
+    in_chamber, in_stokes : Collision
+        One collision each, with outlines.
+    line_in_chamber, line_in_stokes : Boundary
+        The separating line of each flow.
+    """
+
+    obstacle: Pillar
+    flow: Flow
+    in_chamber: Collision
+    in_stokes: Collision
+    line_in_chamber: Boundary
+    line_in_stokes: Boundary
+
+
+def flow_around(
+    check: FlowCheck, obstacle: Pillar | None = None, *, before: float = _FARTHEST + 1.0
+) -> Flow:
+    """Return the computed flow round an obstacle, for the engine.
+
+    Parameters
+    ----------
+    check : FlowCheck
+    obstacle : Pillar, optional
+        By default the one nearest to the middle of the imaging area.
+    before : float, optional
+        How far upstream of the obstacle it reaches, D0.
+
+    Returns
+    -------
+    Flow
+        With the obstacle's centre at the origin, in units of the operation's droplet diameter D0
+        and of the mean speed in the imaging area; zero in every pillar.
+    """
+    obstacle = check.central_obstacle() if obstacle is None else obstacle
+    diameter = check.chamber.operation.droplet_diameter_um
+    spacing = obstacle.radius_um / NODES_PER_RADIUS / diameter
+    x = np.arange(-before, _BEHIND + spacing, spacing)
+    y = np.arange(-_ASIDE, _ASIDE + spacing, spacing)
+    grid = np.stack(np.meshgrid(x, y), axis=-1) * diameter
+    places = grid.reshape(-1, 2) + [obstacle.x_um, obstacle.y_um]
+    velocity = check.velocity(places).reshape(grid.shape) / check.imaging_speed_mm_s
+    return flows.sampled(x, y, velocity[..., 0], velocity[..., 1])
+
+
+def collision_parameters(check: FlowCheck, obstacle: Pillar, offset: float) -> Parameters:
+    """Return the parameters of a collision with an obstacle at the operation's rates.
+
+    The droplet starts as far upstream as the obstacles before this one let it, and no farther
+    than 3 D0.
+
+    Parameters
+    ----------
+    check : FlowCheck
+    obstacle : Pillar
+    offset : float
+        Start y, D0.
+    """
+    operation, chamber = check.chamber.operation, check.chamber
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of z/R, which the model does not know
+        return Parameters.from_physical(
+            diameter=f"{operation.droplet_diameter_um!r} um",
+            obstacle_radius=f"{obstacle.radius_um!r} um",
+            speed=f"{check.imaging_speed_mm_s!r} mm/s",
+            viscosity=f"{operation.viscosity_mPa_s!r} mPa s",
+            surface_tension=f"{operation.surface_tension_mN_m!r} mN/m",
+            thickness=f"{chamber.thickness_um!r} um",
+            offset=f"{offset * operation.droplet_diameter_um!r} um",
+            start_distance=_start_distance(check, obstacle),
+        )
+
+
+def compare_with_stokes(
+    check: FlowCheck,
+    *,
+    capillary_numbers: Sequence[float] = SIMULATION_CAPILLARY_NUMBERS,
+    progress: bool | None = False,
+) -> FlowComparison:
+    """Run the same collisions in the chamber's flow and in the Stokes flow of the paper.
+
+    Both have one obstacle, the same droplet and the same start; the separating lines vary the
+    offset on the side of y > 0.
+
+    Parameters
+    ----------
+    check : FlowCheck
+    capillary_numbers : sequence of float, optional
+        Ca_sim of the points of the lines.
+    progress : bool, optional
+        As for `pinchoff.boundary`.
+    """
+    obstacle = check.central_obstacle()
+    parameters = collision_parameters(check, obstacle, OFFSET)
+    flow = flow_around(check, obstacle, before=parameters.start_distance + 1.0)
+    points = {"simulation_capillary_number": list(capillary_numbers)}
+    base = parameters.replace(scale=None)
+    lines = []
+    for each in (flow, None):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # Boundary.failures has them
+            lines.append(boundary(base, points, progress=progress, flow=each))
+    return FlowComparison(
+        obstacle,
+        flow,
+        simulate(parameters, flow=flow, outlines=True),
+        simulate(parameters, outlines=True),
+        *lines,
+    )
+
+
+def _start_distance(check: FlowCheck, obstacle: Pillar) -> float:
+    """Return how far upstream a head-on droplet can start clear of other pillars, D0."""
+    diameter = check.chamber.operation.droplet_diameter_um
+    farthest = _FARTHEST
+    for other in check.chamber.layout.pillars:
+        apart = other.radius_um / diameter + 0.5 + _CLEARANCE
+        dx = (obstacle.x_um - other.x_um) / diameter
+        dy = (obstacle.y_um - other.y_um) / diameter
+        if dx > 0 and abs(dy) < apart:
+            farthest = min(farthest, dx - math.sqrt(apart**2 - dy**2))
+    return max(_NEAREST, obstacle.radius_um / diameter + 0.5 + _CLEARANCE, farthest)
