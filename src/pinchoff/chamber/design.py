@@ -116,9 +116,10 @@ class Chamber(Checked):
     @cached_property
     def layout(self) -> Layout:
         """The geometry that all files, checks and flows follow from."""
-        from pinchoff.chamber.layout import build_layout
+        from pinchoff.chamber import load
 
-        return build_layout(self)
+        layout: Layout = load("layout").build_layout(self)
+        return layout
 
     @property
     def width_um(self) -> float:
@@ -147,7 +148,7 @@ class Chamber(Checked):
         In the design's coordinates; `pinchoff.chamber.in_frame` has those of a picture. Regions
         are named as the parts: the obstacles of the imaging area are those of ``"imaging"``.
         """
-        from pinchoff.chamber.layout import pillar_table
+        from pinchoff.chamber.positions import pillar_table
 
         return pillar_table(self.layout)
 

@@ -28,7 +28,6 @@ from pinchoff.chamber.shapes import (
 )
 
 if TYPE_CHECKING:
-    import pandas as pd
     from numpy.typing import NDArray
 
     from pinchoff.chamber.design import Chamber
@@ -131,16 +130,6 @@ def build_layout(chamber: Chamber) -> Layout:
     outline = box(left - margin, low - margin, right + margin, high + margin)
     marks = build_marks(chamber, outline)
     return Layout(regions, walls, pillars, ports, marks, outline, stations, tolerance)
-
-
-def pillar_table(layout: Layout) -> pd.DataFrame:
-    """Return the pillars as a table, µm."""
-    import pandas as pd
-
-    columns = ["obstacle_x_um", "obstacle_y_um", "obstacle_radius_um", "region"]
-    table = pd.DataFrame(layout.pillars, columns=columns)
-    table.attrs["units"] = {name: "µm" for name in columns[:3]}
-    return table
 
 
 def _stations(chamber: Chamber) -> Stations:

@@ -5,7 +5,7 @@ Coordinates are in µm, on a database unit of 1 nm.
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -35,7 +35,7 @@ LAYERS = {
 
 _MOST_POINTS = 4000  # of a GDSII polygon; some readers take no more than 8190
 _MICRONS = 13  # DXF's $INSUNITS
-_DATE = datetime(2000, 1, 1, tzinfo=UTC)  # the same design is the same file
+_DATE = datetime(2000, 1, 1)  # the same design is the same file
 _COLORS = {  # DXF's colour numbers, near those of the appendix
     "inlets": 2,
     "junction": 60,
@@ -69,9 +69,7 @@ def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
 def write_gds(chamber: Chamber, path: Path) -> None:
     """Write the mask as GDSII, complete or not at all."""
     with written_aside(path) as unfinished:
-        _library(chamber).write_gds(
-            unfinished, max_points=_MOST_POINTS, timestamp=_DATE.replace(tzinfo=None)
-        )
+        _library(chamber).write_gds(unfinished, max_points=_MOST_POINTS, timestamp=_DATE)
 
 
 def write_oasis(chamber: Chamber, path: Path) -> None:
@@ -90,13 +88,15 @@ def _library(chamber: Chamber) -> gdstk.Library:
 
 def _without_holes(shape: BaseGeometry, layer: int) -> list[gdstk.Polygon]:
     """Return a shape as polygons without holes, which the mask formats do not have."""
-    outer, inner = [], []
+    pieces = []
     for polygon in polygons(shape):
-        outer.append(np.asarray(polygon.exterior.coords)[:-1])
-        inner += [np.asarray(ring.coords)[:-1] for ring in polygon.interiors]
-    if not inner:
-        return [gdstk.Polygon(points, layer=layer) for points in outer]
-    return gdstk.boolean(outer, inner, "not", precision=GRID_UM, layer=layer)
+        outer = np.asarray(polygon.exterior.coords)[:-1]
+        inner = [np.asarray(ring.coords)[:-1] for ring in polygon.interiors]
+        if inner:
+            pieces += gdstk.boolean([outer], inner, "not", precision=GRID_UM, layer=layer)
+        else:
+            pieces.append(gdstk.Polygon(outer, layer=layer))
+    return pieces
 
 
 def write_dxf(chamber: Chamber, path: Path) -> None:

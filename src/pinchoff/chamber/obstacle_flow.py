@@ -6,12 +6,13 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pinchoff import flow as flows
 from pinchoff.boundaries import Boundary, boundary
+from pinchoff.errors import InputError
 from pinchoff.parameters import Parameters
 from pinchoff.simulation import Collision, Flow, simulate
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 NODES_PER_RADIUS = 12.0
 """Nodes of the sampled flow across the obstacle's radius."""
 
-SIMULATION_CAPILLARY_NUMBERS = (16.0, 20.0, 25.0, 32.0, 40.0, 50.0, 64.0, 80.0)
+SIMULATION_CAPILLARY_NUMBERS = (20.0, 28.0, 40.0, 56.0, 80.0)
 """At which the separating lines of the two flows are compared."""
 
 OFFSET = 0.05
@@ -30,6 +31,7 @@ OFFSET = 0.05
 
 _BEHIND, _ASIDE = 5.0, 2.5  # extent of the sampled flow downstream and sideways, D0
 _FARTHEST, _NEAREST = 3.0, 0.75  # start of the droplet, D0
+_SCAN = 16  # intervals over the offset, at each point of a line
 _CLEARANCE = 0.1  # of the droplet to other obstacles on its way, D0
 
 
@@ -55,6 +57,16 @@ class FlowComparison:
     in_stokes: Collision
     line_in_chamber: Boundary
     line_in_stokes: Boundary
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return for either flow the collision, S_c, and α and β of the line, or None."""
+        runs = {"chamber": self.in_chamber, "stokes": self.in_stokes}
+        lines = {"chamber": self.line_in_chamber, "stokes": self.line_in_stokes}
+        return {
+            "obstacle": self.obstacle._asdict(),
+            "start_distance_D0": self.in_chamber.parameters.start_distance,
+            **{name: _said(runs[name], lines[name]) for name in runs},
+        }
 
 
 def flow_around(
@@ -143,7 +155,7 @@ def compare_with_stokes(
     for each in (flow, None):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # Boundary.failures has them
-            lines.append(boundary(base, points, progress=progress, flow=each))
+            lines.append(boundary(base, points, scan=_SCAN, progress=progress, flow=each))
     return FlowComparison(
         obstacle,
         flow,
@@ -151,6 +163,23 @@ def compare_with_stokes(
         simulate(parameters, outlines=True),
         *lines,
     )
+
+
+def _said(collision: Collision, line: Boundary) -> dict[str, Any]:
+    try:
+        fit = line.fit()
+        fitted = [fit.alpha.value, fit.beta.value]
+    except InputError:  # too few points have a critical symmetry
+        fitted = None
+    return {
+        "outcome": collision.outcome,
+        "symmetry": collision.symmetry,
+        "contact_speed": collision.contact_speed,
+        "daughter_area_ratio": collision.daughter_area_ratio,
+        "control_parameter": line.table["control_parameter"].tolist(),
+        "critical_symmetry": line.table["critical_symmetry"].tolist(),
+        "line": fitted,
+    }
 
 
 def _start_distance(check: FlowCheck, obstacle: Pillar) -> float:

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _MITRE = 5.0  # sharper corners than 2 asin(1/5) = 23° count as too narrow
 _SPECK = 0.02  # of the least width squared: what the chords of a curve leave over is smaller
+_SLIVER = 0.02  # of the least width: as exact as offsets of a long wall are
 _OVERLAP_UM2 = 0.01
 
 
@@ -75,7 +76,7 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     ]
 
 
-def require_rules(chamber: Chamber, violations: list[Violation]) -> None:
+def require_rules(violations: list[Violation]) -> None:
     """Refuse a layout that breaks rules.
 
     Raises
@@ -89,13 +90,13 @@ def require_rules(chamber: Chamber, violations: list[Violation]) -> None:
             "the chamber",
             "within its design rules",
             f"{violations[0]}{more}",
-            "change the design or its rules, or set rules.on_violation to 'warn'",
+            "change the design or its rules, or set rules.on_violation = 'warn'",
         )
 
 
 def _violation(rule: str, shape: BaseGeometry, says: str) -> Violation:
     place = shape.representative_point()
-    return Violation(rule, round(place.x, 3), round(place.y, 3), says, shape)
+    return Violation(rule, round(place.x) + 0.0, round(place.y) + 0.0, says, shape)
 
 
 def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
@@ -108,7 +109,9 @@ def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
 def _lost(shape: BaseGeometry, width: float) -> list[BaseGeometry]:
     """Return the parts of a shape that are narrower than a width."""
     rest = shapely.difference(shape, _opened(shape, width * (1.0 - 1e-6)))
-    return [part for part in polygons(rest) if part.area > _SPECK * width**2]
+    sliver = _SLIVER * width
+    real = rest.buffer(-sliver).buffer(sliver, join_style="mitre")
+    return [part for part in polygons(real) if part.area > _SPECK * width**2]
 
 
 def _too_narrow(fluid: BaseGeometry, least: float) -> Iterator[Violation]:
