@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 _CHEBYSHEV_STEPS = 5
 _CHEBYSHEV_SPAN = 20.0  # of the eigenvalues that the Chebyshev steps damp evenly
-_TOLERANCE = 1e-9
+_TOLERANCE = 1e-8
 _MOST_ITERATIONS = 2000
 
 
@@ -210,21 +210,20 @@ def _iterate(
     bt = [each.T.tocsr() for each in b]
     known = system.momentum[inner] @ velocity  # of the walls' velocity alone
     leaving = sum(each @ velocity[:, k] for k, each in enumerate(system.divergence))
-    right = np.concatenate([-known[:, 0], -known[:, 1], leaving - system.source])
+    right = np.concatenate([-known.ravel(), leaving - system.source])
 
     def product(x: Floats) -> Floats:
-        u, p = x[: 2 * n].reshape(2, n).T, x[2 * n :]
+        u, p = x[: 2 * n].reshape(n, 2), x[2 * n :]
         au = momentum @ u
-        return np.concatenate(
-            [au[:, 0] - bt[0] @ p, au[:, 1] - bt[1] @ p, -(b[0] @ u[:, 0]) - (b[1] @ u[:, 1])]
-        )
+        au -= np.column_stack([each @ p for each in bt])
+        return np.concatenate([au.ravel(), -sum(b[k] @ u[:, k] for k in range(2))])
 
     for_velocity = _chebyshev(momentum)
     for_pressure = _cahouet_chabard(system, thickness_um)
 
     def precondition(x: Floats) -> Floats:
-        u = for_velocity(x[: 2 * n].reshape(2, n).T)
-        return np.concatenate([u[:, 0], u[:, 1], for_pressure(x[2 * n :])])
+        u = for_velocity(x[: 2 * n].reshape(n, 2))
+        return np.concatenate([u.ravel(), for_pressure(x[2 * n :])])
 
     count = 0
 
@@ -245,7 +244,7 @@ def _iterate(
     )
     if failed:
         raise RuntimeError(f"the flow did not converge in {_MOST_ITERATIONS} iterations")
-    velocity[inner] = x[: 2 * n].reshape(2, n).T
+    velocity[inner] = x[: 2 * n].reshape(n, 2)
     pressure = x[2 * n :]
     return pressure - pressure @ system.pressure_mass / system.pressure_mass.sum(), count
 

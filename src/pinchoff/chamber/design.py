@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self
 from pydantic import BeforeValidator, model_validator
 
 from pinchoff.chamber.parameters import (
+    FLANK_SHARE,
     DesignRules,
     Exit,
     Expansion,
@@ -179,11 +180,11 @@ def _require_pillars_apart(chamber: Chamber, least: float) -> None:
             )
     if chamber.inlets.post_gap_um < least:
         _narrow("inlets.post_gap_um", chamber.inlets.post_gap_um, least)
-    strip = 2 * chamber.supports.radius_um + 2 * least
+    strip = (chamber.supports.radius_um + least) / FLANK_SHARE
     if chamber.supports.flank_um < strip:
         raise InputError.of(
             "supports.flank_um",
-            f"at least {strip:g}, a structural pillar and a gap of {least:g} on either side",
+            f"at least {strip:g}, room for a structural pillar and gaps beside it",
             chamber.supports.flank_um,
             "raise it, or lower supports.radius_um",
         )

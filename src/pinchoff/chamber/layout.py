@@ -17,6 +17,7 @@ from shapely import MultiPolygon, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.marks import build_marks
+from pinchoff.chamber.parameters import FLANK_SHARE
 from pinchoff.chamber.shapes import (
     channel,
     disc,
@@ -372,6 +373,8 @@ def _supports(chamber: Chamber, at: Stations) -> NDArray[np.float64]:
     before = inside(lattice, room)
     columns = int((at.exit - at.imaging) / pitch)
     x = (at.imaging + at.exit) / 2 + (np.arange(columns) - (columns - 1) / 2) * pitch
-    beside = np.column_stack([x, np.full(columns, (chamber.width_um - flank) / 2)])
+    middle = chamber.width_um / 2 - (1.0 - FLANK_SHARE) * flank
+    # Nearer to the imaging area, where the lattice leaves room at its edge.
+    beside = np.column_stack([x, np.full(columns, middle)])
     left = np.concatenate([before, beside])
     return np.concatenate([left, left * [1.0, -1.0]])

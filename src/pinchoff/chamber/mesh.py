@@ -220,7 +220,8 @@ def _inner_nodes(fluid: MultiPolygon, wall: Floats, local: Floats, largest_um: f
     points = np.concatenate(leaves)
     points = points[shapely.contains_xy(fluid, points[:, 0], points[:, 1])]
     distance, nearest = tree.query(points)
-    return points[distance > _CLEARANCE * local[nearest]]
+    kept = points[distance > _CLEARANCE * local[nearest]]
+    return kept[np.argsort(kept[:, 0])]  # neighbours near each other in memory
 
 
 def _clear(points: Floats, wall: Floats, local: Floats) -> NDArray[np.bool_]:

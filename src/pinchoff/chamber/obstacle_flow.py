@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import shapely
+from shapely import LineString, Point
 
 from pinchoff import flow as flows
 from pinchoff.boundaries import Boundary, boundary
@@ -32,7 +33,8 @@ OFFSET = 0.05
 _BEHIND, _ASIDE = 5.0, 2.5  # extent of the sampled flow downstream and sideways, D0
 _FARTHEST, _NEAREST = 3.0, 0.75  # start of the droplet, D0
 _SCAN = 16  # intervals over the offset, at each point of a line
-_CLEARANCE = 0.1  # of the droplet to other obstacles on its way, D0
+_CLEARANCE = 0.1  # of the droplet to solids on its way, D0
+_STRIDE = 0.05  # of the search for its start, D0
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,13 +185,27 @@ def _said(collision: Collision, line: Boundary) -> dict[str, Any]:
 
 
 def _start_distance(check: FlowCheck, obstacle: Pillar) -> float:
-    """Return how far upstream a head-on droplet can start clear of other pillars, D0."""
+    """Return how far upstream a head-on droplet can start with its way clear of solids, D0.
+
+    Raises
+    ------
+    InputError
+        It has no clear way at all.
+    """
+    layout = check.chamber.layout
     diameter = check.chamber.operation.droplet_diameter_um
-    farthest = _FARTHEST
-    for other in check.chamber.layout.pillars:
-        apart = other.radius_um / diameter + 0.5 + _CLEARANCE
-        dx = (obstacle.x_um - other.x_um) / diameter
-        dy = (obstacle.y_um - other.y_um) / diameter
-        if dx > 0 and abs(dy) < apart:
-            farthest = min(farthest, dx - math.sqrt(apart**2 - dy**2))
-    return max(_NEAREST, obstacle.radius_um / diameter + 0.5 + _CLEARANCE, farthest)
+    here = (obstacle.x_um, obstacle.y_um)
+    own = Point(here).buffer(1.01 * obstacle.radius_um)
+    room = shapely.union(layout.fluid, own)
+    shapely.prepare(room)
+    nearest = max(_NEAREST, obstacle.radius_um / diameter + 0.5 + _CLEARANCE)
+    for distance in np.arange(_FARTHEST, nearest, -_STRIDE):
+        way = LineString([(here[0] - distance * diameter, here[1]), here])
+        if room.contains(way.buffer((0.5 + _CLEARANCE) * diameter)):
+            return float(distance)
+    raise InputError.of(
+        "operation.droplet_diameter_um",
+        "such that the droplet fits between the obstacles upstream",
+        diameter,
+        "lower it, or raise imaging.pitch_um",
+    )

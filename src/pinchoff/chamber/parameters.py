@@ -24,6 +24,9 @@ __all__ = [
     "Supports",
 ]
 
+FLANK_SHARE = 0.33
+"""Where in a flank its structural pillars stand, as a part of its width from the imaging area."""
+
 
 def _length(default: float, meaning: str, low: float = 1.0, high: float = 50_000.0) -> Any:
     return number(low, high, f"{meaning} in µm", default=default)
