@@ -71,6 +71,6 @@ $(VENV)/%.stamp: $(VENV)/package.stamp
 	$(BIN)/python -m pip install --quiet "$$(echo $(WHEELS)/*.whl)[$(EXTRAS_$*)]"
 	touch $@
 
-EXTRAS_test := test,video,cluster
-EXTRAS_bench := bench
-EXTRAS_lint := lint,test,video
+EXTRAS_test := test,video,cluster,chamber
+EXTRAS_bench := bench,chamber
+EXTRAS_lint := lint,test,video,chamber

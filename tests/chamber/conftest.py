@@ -15,7 +15,12 @@ pytest.importorskip("gdstk", reason="the extra 'chamber' is not installed")
 from pinchoff.chamber import Chamber
 
 SMALL: dict[str, Any] = {
-    "inlets": {"port_diameter_um": 600, "trap_length_um": 300, "wall_um": 200},
+    "inlets": {
+        "port_diameter_um": 600,
+        "trap_length_um": 300,
+        "wall_um": 200,
+        "post_gap_um": 80,
+    },
     "oil_inputs": {"port_diameter_um": 400},
     "expansion": {"length_um": 700, "straight_um": 500, "divider_um": 150},
     "supports": {"radius_um": 120, "flank_um": 600, "pitch_um": 700},

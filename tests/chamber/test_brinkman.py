@@ -28,7 +28,7 @@ def channel_flow(thickness, size, rate=1.0):
 
 
 def profile(thickness, y):
-    """u over the mean speed, between walls at 0 and WIDTH."""
+    """The velocity over its mean, between walls at 0 and WIDTH."""
     half, y = WIDTH / 2, y - WIDTH / 2
     if math.isinf(thickness):
         return 1.5 * (1 - (y / half) ** 2)

@@ -109,8 +109,6 @@ def test_the_channels_are_as_wide_as_asked(paper):
         ((at.channel + at.imaging) / 2, paper.junction.channel_width_um),
         (at.imaging + 10, paper.width_um),
     ):
-        cut = shapely.intersection(
-            paper.layout.fluid, shapely.LineString([(x, -1e5), (x, 1e5)])
-        )
+        cut = shapely.intersection(paper.layout.fluid, shapely.LineString([(x, -1e5), (x, 1e5)]))
         middle = [part for part in shapely.get_parts(cut) if part.distance(Point(x, 0)) == 0]
         assert middle[0].length == pytest.approx(width)

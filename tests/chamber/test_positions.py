@@ -12,9 +12,7 @@ def test_the_middle_of_the_frame_is_the_point_that_was_asked_for(paper):
     pillar = next(p for p in paper.layout.pillars if p.region == "imaging")
     table = in_frame(paper, centre_um=(pillar.x_um, pillar.y_um), pixel_size_um=5.0)
     # 640 by 512 pixels: the middle lies between pixels 319 and 320, 255 and 256.
-    distance = np.hypot(
-        table["obstacle_x_um"] - 319.5 * 5.0, table["obstacle_y_um"] - 255.5 * 5.0
-    )
+    distance = np.hypot(table["obstacle_x_um"] - 319.5 * 5.0, table["obstacle_y_um"] - 255.5 * 5.0)
     assert distance.min() == pytest.approx(0.0, abs=1e-9)
 
 

@@ -161,9 +161,7 @@ def solve(
     return Field(mesh, velocity, pressure, system.nodes_of, iterations, -forces)
 
 
-def _assembled(
-    mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source]
-) -> _System:
+def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source]) -> _System:
     from skfem import Basis, BilinearForm, ElementTriP1, ElementTriP2, LinearForm, MeshTri
     from skfem.helpers import dot, grad
 
@@ -277,7 +275,7 @@ def _chebyshev(matrix: Any) -> Callable[[Floats], Floats]:
             step = following * ratio * step + (2.0 * following / half) * (inverse * residual)
             ratio = following
             x += step
-        return x
+        return np.asarray(x)
 
     return apply
 
@@ -287,7 +285,7 @@ def _cahouet_chabard(system: _System, thickness_um: float) -> Callable[[Floats],
     friction = 12.0 / thickness_um**2
     mass = system.pressure_mass
     if friction == 0.0:
-        return lambda right: right / mass
+        return lambda right: np.asarray(right / mass)
     # A trace of mass makes the stiffness, whose constants are free, invertible.
     trace = 1e-10 * system.pressure_stiffness.diagonal().mean() / mass.mean()
     solved = linalg.splu(
@@ -301,6 +299,6 @@ def _cahouet_chabard(system: _System, thickness_um: float) -> Callable[[Floats],
         flat = right - mass * (right.sum() / mass.sum())
         free = solved.solve(flat)
         free -= mass @ free / mass.sum()
-        return right / mass + friction * free
+        return np.asarray(right / mass + friction * free)
 
     return apply

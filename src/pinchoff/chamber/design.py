@@ -76,9 +76,7 @@ class Chamber(Checked):
 
     thickness_um: Number = number(1, 2000, "z in µm", default=85.0)
     inlets: Annotated[Inlets, _part(Inlets)] = _default(Inlets, "the inlets' parameters")
-    junction: Annotated[Junction, _part(Junction)] = _default(
-        Junction, "the junction's parameters"
-    )
+    junction: Annotated[Junction, _part(Junction)] = _default(Junction, "the junction's parameters")
     oil_inputs: Annotated[OilInputs, _part(OilInputs)] = _default(
         OilInputs, "the extra oil inlets' parameters"
     )
@@ -88,15 +86,11 @@ class Chamber(Checked):
     supports: Annotated[Supports, _part(Supports)] = _default(
         Supports, "the structural pillars' parameters"
     )
-    imaging: Annotated[Imaging, _part(Imaging)] = _default(
-        Imaging, "the imaging area's parameters"
-    )
+    imaging: Annotated[Imaging, _part(Imaging)] = _default(Imaging, "the imaging area's parameters")
     exit: Annotated[Exit, _part(Exit)] = _default(Exit, "the exit's parameters")
     mask: Annotated[Mask, _part(Mask)] = _default(Mask, "the photomask's parameters")
     rules: Annotated[DesignRules, _part(DesignRules)] = _default(DesignRules, "the design rules")
-    operation: Annotated[Operation, _part(Operation)] = _default(
-        Operation, "how the device is run"
-    )
+    operation: Annotated[Operation, _part(Operation)] = _default(Operation, "how the device is run")
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -6,7 +6,7 @@ import math
 import time
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import shapely
@@ -73,7 +73,8 @@ class FlowCheck:
         places = np.vstack([[port.x_um, port.y_um], np.reshape(points_um, (-1, 2))])
         pressure = self.field.pressure_at(places)
         # 1 mPa s × 1 mm/(s µm) is 1 Pa.
-        return (pressure[1:] - pressure[0]) * self.chamber.operation.viscosity_mPa_s
+        viscosity = self.chamber.operation.viscosity_mPa_s
+        return np.asarray((pressure[1:] - pressure[0]) * viscosity)
 
     def flow_rate_uL_min(  # noqa: N802
         self, x_um: float, from_y_um: float, to_y_um: float

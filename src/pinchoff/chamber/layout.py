@@ -269,9 +269,7 @@ def _extra_shape(chamber: Chamber, at: Stations, port: Port) -> BaseGeometry:
 
 def _exit_shape(chamber: Chamber, at: Stations) -> Polygon:
     wide, narrow = chamber.width_um / 2, chamber.exit.width_um / 2
-    return Polygon(
-        [(at.exit, -wide), (at.outlet, -narrow), (at.outlet, narrow), (at.exit, wide)]
-    )
+    return Polygon([(at.exit, -wide), (at.outlet, -narrow), (at.outlet, narrow), (at.exit, wide)])
 
 
 def _zones(chamber: Chamber, at: Stations) -> dict[str, BaseGeometry]:
@@ -292,9 +290,7 @@ def _zones(chamber: Chamber, at: Stations) -> dict[str, BaseGeometry]:
     return {
         "inlets": inlets,
         "junction": junction,
-        "oil_inputs": shapely.difference(
-            mirrored(box(-far, outer, at.straight, far)), taper
-        ),
+        "oil_inputs": shapely.difference(mirrored(box(-far, outer, at.straight, far)), taper),
         "expansion": taper,
         "supports": mirrored(shapely.union(sides, flanks)),
         "imaging": box(at.imaging, -area, at.exit, area),
@@ -312,12 +308,14 @@ def _pillars(chamber: Chamber, at: Stations, zones: dict[str, BaseGeometry]) -> 
         ("supports", _supports(chamber, at), structural),
     )
     pillars = [
-        Pillar(*map(float, np.round(point, 3)), size, name)
+        Pillar(x, y, size, name)
         for name, points, size in groups
-        for point in points
+        for x, y in np.round(points, 3).tolist()
     ]
     taper = [p.region == "supports" and p.x_um < at.straight for p in pillars]
-    named = [p._replace(region="expansion") if t else p for p, t in zip(pillars, taper, strict=True)]
+    named = [
+        p._replace(region="expansion") if t else p for p, t in zip(pillars, taper, strict=True)
+    ]
     return sorted(named, key=lambda p: (REGIONS.index(p.region), p.x_um, p.y_um))
 
 

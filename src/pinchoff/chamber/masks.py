@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import gdstk
-import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
@@ -34,7 +33,6 @@ LAYERS = {
 """Number of each layer; DXF uses the names. ``mask_clear`` is what light passes through."""
 
 _MOST_POINTS = 4000  # of a GDSII polygon; some readers take no more than 8190
-_MICRONS = 13  # DXF's $INSUNITS
 _DATE = datetime(2000, 1, 1)  # the same design is the same file
 _COLORS = {  # DXF's colour numbers, near those of the appendix
     "inlets": 2,
@@ -90,12 +88,12 @@ def _without_holes(shape: BaseGeometry, layer: int) -> list[gdstk.Polygon]:
     """Return a shape as polygons without holes, which the mask formats do not have."""
     pieces = []
     for polygon in polygons(shape):
-        outer = np.asarray(polygon.exterior.coords)[:-1]
-        inner = [np.asarray(ring.coords)[:-1] for ring in polygon.interiors]
+        outer = gdstk.Polygon(polygon.exterior.coords[:-1], layer=layer)
+        inner = [gdstk.Polygon(ring.coords[:-1]) for ring in polygon.interiors]
         if inner:
-            pieces += gdstk.boolean([outer], inner, "not", precision=GRID_UM, layer=layer)
+            pieces += gdstk.boolean(outer, inner, "not", precision=GRID_UM, layer=layer)
         else:
-            pieces.append(gdstk.Polygon(outer, layer=layer))
+            pieces.append(outer)
     return pieces
 
 
@@ -104,11 +102,11 @@ def write_dxf(chamber: Chamber, path: Path) -> None:
 
     Outlines and holes are closed polylines on the layer of their region.
     """
-    import ezdxf
-    from ezdxf import units
+    from ezdxf.enums import InsertUnits
+    from ezdxf.filemanagement import new
 
-    document = ezdxf.new("R2010")
-    document.units = units.InsertUnits(_MICRONS)
+    document = new("R2010")
+    document.units = InsertUnits.Microns
     document.header["$MEASUREMENT"] = 1
     space = document.modelspace()
     for name, shape in layers(chamber).items():

@@ -8,11 +8,12 @@ to the middle of their neighbours.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import shapely
@@ -21,6 +22,9 @@ from scipy.spatial import Delaunay, cKDTree
 from shapely import MultiPolygon
 
 from pinchoff.chamber.shapes import polygons
+
+if TYPE_CHECKING:
+    from matplotlib.tri import TriFinder
 
 Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
@@ -58,16 +62,15 @@ class TriangleMesh:
     wall_count: int
 
     @cached_property
-    def _finder(self) -> Callable[..., Integers]:
+    def _finder(self) -> TriFinder:
         from matplotlib.tri import Triangulation  # far faster than qhull's walk
 
-        finder: Callable[..., Integers]
-        finder = Triangulation(*self.points.T, self.triangles).get_trifinder()
-        return finder
+        x, y = self.points.T
+        return Triangulation(x, y, self.triangles).get_trifinder()
 
     def locate(self, points: Floats) -> Integers:
         """Return the triangle that each point lies in, -1 outside the fluid."""
-        return self._finder(points[:, 0], points[:, 1])
+        return np.asarray(self._finder(points[:, 0], points[:, 1]), dtype=np.int64)
 
     def areas(self) -> Floats:
         """Return the area of each triangle, µm²."""
@@ -81,7 +84,7 @@ class TriangleMesh:
         for k in range(3):
             a, b = corners[k - 1] - corners[k], corners[k - 2] - corners[k]
             angles.append(np.arctan2(np.abs(_cross(a, b)), np.sum(a * b, axis=1)))
-        return np.degrees(np.min(angles, axis=0))
+        return np.asarray(np.degrees(np.min(angles, axis=0)))
 
 
 def wall_size(gap_um: float, elements: int, growth: float = GROWTH) -> float:
@@ -142,7 +145,7 @@ def _spaced(ring: Floats, size: Size) -> Floats:
     ring = np.roll(ring, -corners[0], axis=0)
     stops = [*(corners - corners[0]), len(ring)]
     closed = np.concatenate([ring, ring[:1]])
-    parts = [_spaced_line(closed[a : b + 1], size) for a, b in zip(stops, stops[1:], strict=False)]
+    parts = [_spaced_line(closed[a : b + 1], size) for a, b in itertools.pairwise(stops)]
     return np.concatenate(parts)
 
 
@@ -154,9 +157,7 @@ def _spaced_line(line: Floats, size: Size) -> Floats:
     fine = np.unique(np.concatenate([along, np.linspace(0, along[-1], 200)]))
     at = np.column_stack([np.interp(fine, along, line[:, k]) for k in range(2)])
     density = 1.0 / size(at)
-    counted = np.concatenate(
-        [[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))]
-    )
+    counted = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
     whole = line.shape[0] > 2 and np.array_equal(line[0], line[-1])
     parts = max(8 if whole else 1, math.ceil(counted[-1] - 1e-9))
     wanted = np.interp(np.arange(parts) * (counted[-1] / parts), counted, fine)
@@ -205,7 +206,9 @@ def _inner_nodes(fluid: MultiPolygon, wall: Floats, local: Floats, largest_um: f
     left, low, right, high = fluid.bounds
     cell = largest_um
     columns, rows = math.ceil((right - left) / cell), math.ceil((high - low) / cell)
-    x, y = np.meshgrid(left + (np.arange(columns) + 0.5) * cell, low + (np.arange(rows) + 0.5) * cell)
+    x, y = np.meshgrid(
+        left + (np.arange(columns) + 0.5) * cell, low + (np.arange(rows) + 0.5) * cell
+    )
     centres = np.column_stack([x.ravel(), y.ravel()])
     leaves = []
     while len(centres):
@@ -221,7 +224,7 @@ def _inner_nodes(fluid: MultiPolygon, wall: Floats, local: Floats, largest_um: f
     points = points[shapely.contains_xy(fluid, points[:, 0], points[:, 1])]
     distance, nearest = tree.query(points)
     kept = points[distance > _CLEARANCE * local[nearest]]
-    return kept[np.argsort(kept[:, 0])]  # neighbours near each other in memory
+    return np.asarray(kept[np.argsort(kept[:, 0])])  # neighbours near each other in memory
 
 
 def _clear(points: Floats, wall: Floats, local: Floats) -> NDArray[np.bool_]:

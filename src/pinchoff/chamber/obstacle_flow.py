@@ -96,7 +96,7 @@ def flow_around(
     x = np.arange(-before, _BEHIND + spacing, spacing)
     y = np.arange(-_ASIDE, _ASIDE + spacing, spacing)
     grid = np.stack(np.meshgrid(x, y), axis=-1) * diameter
-    places = grid.reshape(-1, 2) + [obstacle.x_um, obstacle.y_um]
+    places = grid.reshape(-1, 2) + np.array([obstacle.x_um, obstacle.y_um])
     velocity = check.velocity(places).reshape(grid.shape) / check.imaging_speed_mm_s
     return flows.sampled(x, y, velocity[..., 0], velocity[..., 1])
 

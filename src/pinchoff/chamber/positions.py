@@ -35,7 +35,7 @@ def pillar_table(layout: Layout) -> pd.DataFrame:
 
     columns = ["obstacle_x_um", "obstacle_y_um", "obstacle_radius_um", "region"]
     table = pd.DataFrame(layout.pillars, columns=columns)
-    table.attrs["units"] = {name: "µm" for name in columns[:3]}
+    table.attrs["units"] = dict.fromkeys(columns[:3], "µm")
     return table
 
 

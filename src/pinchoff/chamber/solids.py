@@ -18,9 +18,7 @@ from pinchoff.files import written_aside
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
 
-_TRIANGLE = np.dtype(
-    [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
-)
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = b"pinchoff chamber, relief of the mould, mm"
 _COLORS = ("Gold", "LightGreen", "Green", "LightSkyBlue", "DarkBlue", "Violet", "Orange")
 
@@ -58,7 +56,7 @@ def _flat_triangles(polygon: Polygon) -> NDArray[np.float64]:
     a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     turned = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < 0
     corners[turned] = corners[turned][:, ::-1]
-    return corners
+    return np.asarray(corners)
 
 
 def _raised(flat: NDArray[np.float64], height: float) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from pinchoff.files import read_toml, written_aside
 from pinchoff.progress import progress_bar
 
 if TYPE_CHECKING:
-    from pinchoff.chamber import Chamber, FlowCheck, Violation
+    from pinchoff.chamber import Chamber, Violation
 
 RECORD = "design.json"
 RULES = "chamber.rules.png"
@@ -45,7 +45,8 @@ def chamber(
     config: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[CONFIG.toml]", help="A table for each part, as [imaging]; all may be left out."
+            metavar="[CONFIG.toml]",
+            help="A table for each part, as [imaging]; all may be left out.",
         ),
     ] = None,
     obstacle_radius: Annotated[

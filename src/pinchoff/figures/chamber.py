@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import matplotlib as mpl
 import numpy as np
@@ -81,7 +81,7 @@ def chamber_design(
         return axes
 
 
-def shape_patch(shape: BaseGeometry, **look: object) -> PathPatch:
+def shape_patch(shape: BaseGeometry, **look: Any) -> PathPatch:
     """Return a shape given in µm, with its holes, as a patch in mm."""
     points, codes = [], []
     for polygon in polygons(shape):
@@ -90,7 +90,7 @@ def shape_patch(shape: BaseGeometry, **look: object) -> PathPatch:
             points.append(corners)
             inner = [Outline.LINETO] * (len(corners) - 2)
             codes += [Outline.MOVETO, *inner, Outline.CLOSEPOLY]
-    return PathPatch(Outline(np.concatenate(points), codes), **look)  # type: ignore[arg-type]
+    return PathPatch(Outline(np.concatenate(points), codes), **look)
 
 
 def write_drawing(path: str | os.PathLike[str], axes: Axes) -> None:
@@ -162,9 +162,7 @@ def _draw_violations(
 def _draw_legend(axes: Axes) -> None:
     patches = [
         Patch(facecolor=color, edgecolor="0.25", lw=_RIM, label=f"{number}  {name}")
-        for number, (color, name) in enumerate(
-            (REGION_LOOK[region] for region in REGIONS), start=1
-        )
+        for number, (color, name) in enumerate((REGION_LOOK[region] for region in REGIONS), start=1)
     ]
     axes.legend(
         handles=patches,

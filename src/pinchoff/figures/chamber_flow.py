@@ -84,9 +84,7 @@ def flow_comparison(compared: FlowComparison) -> list[Axes]:
         return axes
 
 
-def _speed(
-    check: FlowCheck, x: NDArray[np.float64], y: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _speed(check: FlowCheck, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the velocity on a grid, mm/s; NaN outside the fluid. Shape (len(y), len(x), 2)."""
     grid = np.stack(np.meshgrid(x, y), axis=-1)
     velocity = check.velocity(grid.reshape(-1, 2)).reshape(grid.shape)
@@ -106,9 +104,7 @@ def _draw_device(axes: Axes, check: FlowCheck) -> QuadMesh:
     mesh = axes.pcolormesh(
         x / 1e3, y / 1e3, speed, cmap=_SPEED_MAP, vmin=0, vmax=fastest, rasterized=True
     )
-    axes.add_patch(
-        shape_patch(check.chamber.layout.fluid, fill=False, edgecolor=style.INK, lw=0.3)
-    )
+    axes.add_patch(shape_patch(check.chamber.layout.fluid, fill=False, edgecolor=style.INK, lw=0.3))
     rim = 0.02 * (right - left)
     axes.set(xlim=((left - rim) / 1e3, (right + rim) / 1e3))
     axes.set(ylim=((low - rim) / 1e3, (high + rim) / 1e3), aspect="equal")
@@ -125,9 +121,7 @@ def _draw_close(axes: Axes, check: FlowCheck) -> None:
     velocity = _speed(check, x, y)
     speed = np.hypot(velocity[..., 0], velocity[..., 1])
     fastest = _FASTEST * check.imaging_speed_mm_s
-    axes.pcolormesh(
-        x / 1e3, y / 1e3, speed, cmap=_SPEED_MAP, vmin=0, vmax=fastest, rasterized=True
-    )
+    axes.pcolormesh(x / 1e3, y / 1e3, speed, cmap=_SPEED_MAP, vmin=0, vmax=fastest, rasterized=True)
     seeds = np.column_stack([np.full(15, x[1]), np.linspace(y[5], y[-6], 15)])
     axes.streamplot(
         *(x / 1e3, y / 1e3, velocity[..., 0], velocity[..., 1]),
@@ -155,9 +149,7 @@ def _draw_profiles(axes: Axes, check: FlowCheck) -> None:
     mean = check.imaging_speed_mm_s
     axes.axhline(mean, color="0.5", lw=0.8, ls=(0, (4, 2)), label="mean of the imaging area")
     axes.axvspan(at.imaging / 1e3, at.exit / 1e3, color="#b48ad0", alpha=0.2, lw=0)
-    axes.text(
-        *((at.imaging + at.exit) / 2e3, 2.85 * mean, "imaging area"), ha="center", va="top"
-    )
+    axes.text(*((at.imaging + at.exit) / 2e3, 2.85 * mean, "imaging area"), ha="center", va="top")
     before = (at.channel + at.imaging) / 2e3
     axes.text(before, 2.85 * mean, "droplets'\nchannel", ha="center", va="top")
     axes.set(xlim=(x[0] / 1e3, x[-1] / 1e3), ylim=(0, 3.0 * mean))
