@@ -31,10 +31,12 @@ test-slow: $(VENV)/test.stamp
 bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/law.py
+	$(BIN)/python benchmarks/chamber.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
 	$(BIN)/python benchmarks/law.py --quick
+	$(BIN)/python benchmarks/chamber.py --quick
 
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))

@@ -183,7 +183,7 @@ def narrowest_gap(chamber: Chamber) -> Gap:
 
 
 class _WallSize:
-    """Element size on walls: fine in the imaging area, coarser elsewhere."""
+    """Element size on walls: fine in the imaging area, coarser elsewhere but in the narrows."""
 
     def __init__(self, chamber: Chamber) -> None:
         elements = chamber.operation.elements_across_gap
@@ -201,12 +201,13 @@ class _WallSize:
             chamber.junction.orifice_width_um,
             chamber.junction.water_width_um,
         )
-        self._coarse = min(_COARSER * self._fine, narrows / _IN_NARROWS)
+        self._coarse = _COARSER * self._fine
+        self._narrow = min(self._coarse, narrows / _IN_NARROWS)
 
     def __call__(self, points: Floats) -> Floats:
         x, y = points.T
         within = (x > self._at.imaging) & (x < self._at.exit) & (np.abs(y) < self._half)
-        return np.where(within, self._fine, self._coarse)
+        return np.select([within, x < self._at.channel], [self._fine, self._narrow], self._coarse)
 
 
 def _rate(uL_min: float, thickness_um: float) -> float:  # noqa: N803

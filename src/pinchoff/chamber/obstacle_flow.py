@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +23,10 @@ if TYPE_CHECKING:
     from pinchoff.chamber.layout import Pillar
 
 NODES_PER_RADIUS = 12.0
-"""Nodes of the sampled flow across the obstacle's radius."""
+"""Nodes at least of the sampled flow across the obstacle's radius."""
+
+NODES_PER_LAYER = 4.0
+"""Nodes at least across the layer z/√12 in which the velocity falls to zero."""
 
 SIMULATION_CAPILLARY_NUMBERS = (20.0, 28.0, 40.0, 56.0, 80.0)
 """At which the separating lines of the two flows are compared."""
@@ -92,7 +96,8 @@ def flow_around(
     """
     obstacle = check.central_obstacle() if obstacle is None else obstacle
     diameter = check.chamber.operation.droplet_diameter_um
-    spacing = obstacle.radius_um / NODES_PER_RADIUS / diameter
+    layer = check.chamber.thickness_um / math.sqrt(12.0)
+    spacing = min(obstacle.radius_um / NODES_PER_RADIUS, layer / NODES_PER_LAYER) / diameter
     x = np.arange(-before, _BEHIND + spacing, spacing)
     y = np.arange(-_ASIDE, _ASIDE + spacing, spacing)
     grid = np.stack(np.meshgrid(x, y), axis=-1) * diameter

@@ -35,6 +35,13 @@ _FILES = (*_WRITERS, *_DRAWINGS, RECORD, RULES, FLOW, COLLISION)
 
 _DEVICE = "Device"
 _NAMED = 10  # violations that are printed
+_RATE_COLUMNS = {
+    "oil_rate_uL_min": "oil (µL/min)",
+    "speed_mm_s": "speed (mm/s)",
+    "capillary_number": "Ca",
+    "reynolds_number": "Re",
+    "pressure_drop_Pa": "pressure (Pa)",
+}
 _QUANTITIES = {  # option: its key, and how it is read
     "--obstacle-radius": ("imaging.obstacle_radius_um", "obstacle_radius"),
     "--thickness": ("thickness_um", "thickness"),
@@ -125,7 +132,7 @@ def chamber(
     prepare_folder(folder, _FILES, overwrite=overwrite)
     _report_violations(design, violations, folder)
     paths = _write(design, violations, folder)
-    checked = _flow(design, folder) if flow else None
+    checked = _flow(design, violations, folder) if flow else None
     record = _record(design, violations, checked, folder / RECORD)
     if as_json:
         print(json_text(record), end="")
@@ -220,8 +227,11 @@ def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[P
     return [folder / name for name in (*_WRITERS, *_DRAWINGS)]
 
 
-def _flow(design: Chamber, folder: Path) -> dict[str, Any]:
-    """Compute the flow, draw it and a collision in it, and return the numbers."""
+def _flow(design: Chamber, violations: list[Violation], folder: Path) -> dict[str, Any]:
+    """Compute the flow, draw it and a collision in it, and return the numbers.
+
+    The flow's are written before collisions are run.
+    """
     from pinchoff.chamber import check_flow, compare_with_stokes
     from pinchoff.figures.chamber import write_drawing
     from pinchoff.figures.chamber_flow import chamber_flow, flow_comparison
@@ -229,13 +239,11 @@ def _flow(design: Chamber, folder: Path) -> dict[str, Any]:
     with progress_bar(sys.stderr.isatty(), "flow", None, unit="iterations") as show:
         check = check_flow(design, show=show)
     write_drawing(folder / FLOW, chamber_flow(check)[0])
+    numbers = {**check.summary, "at_oil_rates": check.table().to_dict("records")}
+    _record(design, violations, numbers, folder / RECORD)
     compared = compare_with_stokes(check, progress=None)
     write_drawing(folder / COLLISION, flow_comparison(compared)[0])
-    return {
-        **check.summary,
-        "at_oil_rates": check.table().to_dict("records"),
-        "collision": compared.to_dict(),
-    }
+    return {**numbers, "collision": compared.to_dict()}
 
 
 def _record(
@@ -279,9 +287,11 @@ def _rates(rows: list[dict[str, float]]) -> Any:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    table = Table(*rows[0], box=SIMPLE_HEAD)
+    table = Table(box=SIMPLE_HEAD)
+    for heading in _RATE_COLUMNS.values():
+        table.add_column(heading, justify="right")
     for row in rows:
-        table.add_row(*(f"{value:.4g}" for value in row.values()))
+        table.add_row(*(f"{row[name]:.4g}" for name in _RATE_COLUMNS))
     return table
 
 
