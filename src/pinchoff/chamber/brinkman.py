@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 _CHEBYSHEV_STEPS = 6
 _CHEBYSHEV_SPAN = 40.0  # of the eigenvalues that the Chebyshev steps damp evenly
+_POWER_STEPS, _POWER_MARGIN = 20, 1.15  # of the estimate of the greatest eigenvalue
 _TOLERANCE = 1e-9  # velocities are then right to 1e-4 of the greatest
 _MOST_ITERATIONS = 2000
 
@@ -202,22 +203,14 @@ def _iterate(
 ) -> tuple[Floats, int]:
     """Solve for the velocity off the walls, in place, and return the pressure."""
     inner = np.setdiff1d(np.arange(len(velocity)), system.wall, assume_unique=True)
-    n, m = len(inner), len(system.source)
     momentum = system.momentum[inner][:, inner]
     b = [each[:, inner] for each in system.divergence]
-    bt = [each.T.tocsr() for each in b]
     known = system.momentum[inner] @ velocity  # of the walls' velocity alone
     leaving = sum(each @ velocity[:, k] for k, each in enumerate(system.divergence))
     right = np.concatenate([-known.ravel(), leaving - system.source])
-
-    def product(x: Floats) -> Floats:
-        u, p = x[: 2 * n].reshape(n, 2), x[2 * n :]
-        au = momentum @ u
-        au -= np.column_stack([each @ p for each in bt])
-        return np.concatenate([au.ravel(), -sum(b[k] @ u[:, k] for k in range(2))])
-
     for_velocity = _chebyshev(momentum)
     for_pressure = _cahouet_chabard(system, thickness_um)
+    n = len(inner)
 
     def precondition(x: Floats) -> Floats:
         u = for_velocity(x[: 2 * n].reshape(n, 2))
@@ -231,13 +224,12 @@ def _iterate(
         if show is not None:
             show(count)
 
-    size = (2 * n + m, 2 * n + m)
     x, failed = linalg.minres(
-        linalg.LinearOperator(size, product),
+        linalg.LinearOperator((right.size, right.size), _saddle_point(momentum, b)),
         right,
         rtol=_TOLERANCE,
         maxiter=_MOST_ITERATIONS,
-        M=linalg.LinearOperator(size, precondition),
+        M=linalg.LinearOperator((right.size, right.size), precondition),
         callback=counted,
     )
     if failed:
@@ -247,20 +239,32 @@ def _iterate(
     return pressure - pressure @ system.pressure_mass / system.pressure_mass.sum(), count
 
 
+def _saddle_point(momentum: Any, b: list[Any]) -> Callable[[Floats], Floats]:
+    """Return the product with the whole matrix; velocities come node by node, then pressures."""
+    n = momentum.shape[0]
+    bt = [each.T.tocsr() for each in b]
+
+    def product(x: Floats) -> Floats:
+        u, p = x[: 2 * n].reshape(n, 2), x[2 * n :]
+        au = momentum @ u
+        au -= np.column_stack([each @ p for each in bt])
+        return np.concatenate([au.ravel(), -(b[0] @ u[:, 0]) - (b[1] @ u[:, 1])])
+
+    return product
+
+
 def _chebyshev(matrix: Any) -> Callable[[Floats], Floats]:
     """Return a polynomial of a matrix, scaled by its diagonal, that approximates its inverse.
 
     Of fixed degree and without a start, so that it is linear, symmetric and positive.
     """
     inverse = 1.0 / matrix.diagonal()[:, None]
-    # Of the scaled matrix by Gershgorin's theorem; the bound is about twice the eigenvalue.
-    rows = np.asarray(abs(matrix).sum(axis=1)).ravel() * inverse[:, 0]
     vector = np.random.default_rng(0).standard_normal(matrix.shape[0])
-    for _ in range(15):
+    for _ in range(_POWER_STEPS):
         vector = inverse[:, 0] * (matrix @ vector)
         greatest = float(np.linalg.norm(vector))
         vector /= greatest
-    greatest = min(1.1 * greatest, float(rows.max()))
+    greatest *= _POWER_MARGIN
     middle = 0.5 * greatest * (1.0 + 1.0 / _CHEBYSHEV_SPAN)
     half = 0.5 * greatest * (1.0 - 1.0 / _CHEBYSHEV_SPAN)
 
