@@ -11,6 +11,7 @@ import matplotlib as mpl
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
@@ -137,20 +138,22 @@ def _draw_violations(
     """Mark each place in red, with a ring that shows where to look and its number."""
     ring = _RING_SHARE * (bounds[2] - bounds[0]) / 1e3
     for violation in violations:
-        axes.add_patch(shape_patch(violation.shape, facecolor=_VIOLATION, lw=0, zorder=4))
+        look = {"facecolor": (*to_rgb(_VIOLATION), 0.5), "edgecolor": _VIOLATION, "lw": 0.5}
+        axes.add_patch(shape_patch(violation.shape, **look, zorder=4))
     for number, violation in enumerate(violations[:_RINGED], start=1):
         x, y = violation.x_um / 1e3, violation.y_um / 1e3
-        look = {"fill": False, "edgecolor": _VIOLATION, "lw": 0.9, "zorder": 5}
-        axes.add_patch(Circle((x, y), ring, **look))
+        ring_patch = Circle((x, y), ring, fill=False, edgecolor=_VIOLATION, lw=0.9, zorder=5)
+        axes.add_patch(ring_patch)
         axes.annotate(
             str(number),
             (x, y + ring),
-            xytext=(0, 1),
+            xytext=(0, 2),
             textcoords="offset points",
             color=_VIOLATION,
             fontsize=6,
             ha="center",
             va="bottom",
+            bbox={"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0},
             zorder=6,
         )
     listed = [f"{k}  {violation}" for k, violation in enumerate(violations[:_LISTED], start=1)]
