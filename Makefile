@@ -31,10 +31,12 @@ test-slow: $(VENV)/test.stamp
 bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/law.py
+	$(BIN)/python benchmarks/chamber.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
 	$(BIN)/python benchmarks/law.py --quick
+	$(BIN)/python benchmarks/chamber.py --quick
 
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))
@@ -71,6 +73,6 @@ $(VENV)/%.stamp: $(VENV)/package.stamp
 	$(BIN)/python -m pip install --quiet "$$(echo $(WHEELS)/*.whl)[$(EXTRAS_$*)]"
 	touch $@
 
-EXTRAS_test := test,video,cluster
-EXTRAS_bench := bench
-EXTRAS_lint := lint,test,video
+EXTRAS_test := test,video,cluster,chamber
+EXTRAS_bench := bench,chamber
+EXTRAS_lint := lint,test,video,chamber

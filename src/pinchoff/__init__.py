@@ -14,6 +14,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from pinchoff import chamber as chamber
     from pinchoff import errors as errors
     from pinchoff import flow as flow
     from pinchoff.boundaries import Boundary as Boundary
@@ -77,7 +78,7 @@ _HOME = {
     "total_energy": "energy",
     "virtual_experiment": "synthetic",
 }
-_MODULES = ("errors", "flow")
+_MODULES = ("chamber", "errors", "flow")
 
 __all__ = [
     "Boundary",
@@ -99,6 +100,7 @@ __all__ = [
     "boundary",
     "breakup_number",
     "calibrate",
+    "chamber",
     "errors",
     "fit_law",
     "flow",

@@ -111,7 +111,7 @@ def simulate(
     starts = droplet_circles(parameters, droplets, circles)
     if flow is None:
         flow = _flow_around(circles)
-    _require_flow(flow)
+    require_flow(flow)
     _require_callable(on_frame)
     keep = outlines is not None and outlines is not False
     every = _samples_between_records(outlines)
@@ -212,7 +212,7 @@ def simulate_many(
     _require_iterable(parameters)
     workers = thread_count(threads)
     if flow is not None:
-        _require_flow(flow)
+        require_flow(flow)
     if progress is None:
         progress = sys.stderr.isatty()
     total = len(parameters) if isinstance(parameters, Sized) else None
@@ -284,7 +284,8 @@ def _require_iterable(parameters: object) -> None:
         raise InputError.of("parameters", "an iterable of Parameters", parameters, advice)
 
 
-def _require_flow(flow: object) -> None:
+def require_flow(flow: object) -> None:
+    """Refuse what is no flow."""
     if not isinstance(flow, Flow):
         advice = "build it with pinchoff.flow.stokes, uniform or sampled"
         raise InputError.of("flow", "a flow", flow, advice)

@@ -403,6 +403,17 @@ def test_the_papers_line_at_its_median_droplet():
     assert line.table["critical_symmetry"].to_numpy() == pytest.approx(paper.to_numpy(), rel=0.10)
 
 
+def test_a_flow_of_ones_own_takes_the_place_of_the_stokes_flow(refused):
+    base, vary = po.Parameters(), {"simulation_capillary_number": [40, 80]}
+    own = po.boundary(base, vary, scan=8, width=0.05)
+    same = po.boundary(base, vary, scan=8, width=0.05, flow=po.flow.stokes(base.obstacle_radius))
+    pd.testing.assert_frame_equal(own.table, same.table)
+    faster = po.flow.stokes(0.8 * base.obstacle_radius)  # everywhere, and most at the obstacle
+    line = po.boundary(base, vary, scan=8, width=0.05, flow=faster)
+    assert (line.table["critical_symmetry"] < own.table["critical_symmetry"]).all()
+    refused("flow", po.boundary, base, vary, flow="stokes")
+
+
 def test_line_tension_and_viscosity_act_through_their_ratio():
     from pinchoff.figures.appendix_c import collapse_spread, slopes
 

@@ -24,7 +24,7 @@ from pinchoff.errors import InputError
 from pinchoff.outcomes import run_columns
 from pinchoff.parameters import Parameters
 from pinchoff.progress import Show, progress_bar
-from pinchoff.simulation import CHUNK_SIZE, thread_count
+from pinchoff.simulation import CHUNK_SIZE, Flow, require_flow, thread_count
 from pinchoff.validation import unknown_name
 
 if TYPE_CHECKING:
@@ -135,6 +135,7 @@ def boundary(
     scan: int = 24,
     threads: int | None = None,
     progress: bool | None = None,
+    flow: Flow | None = None,
 ) -> Boundary:
     """Find the symmetry at which droplets begin to break, at each point of a grid.
 
@@ -162,6 +163,9 @@ def boundary(
         How many threads; by default as many as there are cores for this process.
     progress : bool, optional
         Whether to show a bar on stderr; by default when that is a terminal.
+    flow : Flow, optional
+        One flow for all points, about an obstacle at the origin; by default the Stokes flow around
+        each point's own.
 
     Returns
     -------
@@ -187,12 +191,14 @@ def boundary(
     [0.84, 0.47, 0.31]
     """
     _require_search(width, scan)
+    if flow is not None:
+        require_flow(flow)
     workers = thread_count(threads)
     points, varied = _points(base, vary or {})
     searches = [Search(_reach(point), width, scan, _LARGEST_OFFSET) for point in points]
     shown = sys.stderr.isatty() if progress is None else progress
     with progress_bar(shown, "separating line", len(points) * (scan + 7)) as show:
-        runner = _Runner(points, workers, show)
+        runner = _Runner(points, workers, show, flow)
         brackets = run_searches(searches, runner)
     runs = runner.table()
     found = Boundary(boundary_table(points, varied, brackets, runs), runs, base, varied)
@@ -208,10 +214,12 @@ class _Runner:
         points: Sequence[Parameters],
         threads: int,
         show: Show | None,
+        flow: Flow | None,
     ) -> None:
         self._points = points
         self._threads = threads
         self._show = show
+        self._flow = flow
         self._parts: list[dict[str, Any]] = []
         self._point: list[int] = []
 
@@ -227,7 +235,7 @@ class _Runner:
         parameters = [self._points[k].replace(offset=offset) for k, offset in batch]
         models = np.array([each.model_row() for each in parameters])
         progress = None if show is None else lambda more: show(done + more)
-        results = _core.run_many(models, None, self._threads, progress)
+        results = _core.run_many(models, self._flow, self._threads, progress)
         columns = run_columns(parameters, results, first_id=done)
         self._parts.append(columns)
         self._point += [k for k, _ in batch]

@@ -15,6 +15,7 @@ import typer
 
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
+from pinchoff.cli.chamber import chamber
 from pinchoff.cli.fit import fit
 from pinchoff.cli.reproduce import reproduce
 from pinchoff.cli.run import run
@@ -44,6 +45,7 @@ app.command()(calibrate)
 app.command()(fit)
 app.command()(virtual)
 app.command()(reproduce)
+app.command()(chamber)
 
 
 def _print_version(wanted: bool) -> None:

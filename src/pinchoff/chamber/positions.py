@@ -1,0 +1,105 @@
+"""Where the pillars stand: in the design, and in a microscope's frame.
+
+Design, synthetic film and analysis take the positions from here, so that they agree.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pinchoff.errors import InputError
+from pinchoff.validation import finite_or_nan
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.layout import Layout
+
+PAPER_PIXEL_SIZE_UM = 5.28
+"""Of the paper's camera [section 2], µm."""
+
+PAPER_FRAME_PX = (640, 512)
+"""Width and height of the paper's frames [section 2]."""
+
+
+def pillar_table(layout: Layout) -> pd.DataFrame:
+    """Return every pillar in the design's coordinates.
+
+    Returns
+    -------
+    DataFrame
+        ``obstacle_x_um``, ``obstacle_y_um``, ``obstacle_radius_um`` and ``region``.
+    """
+    import pandas as pd
+
+    columns = ["obstacle_x_um", "obstacle_y_um", "obstacle_radius_um", "region"]
+    table = pd.DataFrame(layout.pillars, columns=columns)
+    table.attrs["units"] = dict.fromkeys(columns[:3], "µm")
+    return table
+
+
+def in_frame(
+    chamber: Chamber,
+    *,
+    centre_um: tuple[float, float] | None = None,
+    pixel_size_um: float = PAPER_PIXEL_SIZE_UM,
+    frame_px: tuple[int, int] = PAPER_FRAME_PX,
+) -> pd.DataFrame:
+    """Return the pillars that a frame shows, where it shows them.
+
+    Parameters
+    ----------
+    chamber : Chamber
+    centre_um : (float, float), optional
+        Which point of the design is in the middle of the frame; by default that of the imaging
+        area.
+    pixel_size_um : float, optional
+        Size of a pixel in the chamber.
+    frame_px : (int, int), optional
+        Width and height of the frame.
+
+    Returns
+    -------
+    DataFrame
+        As `Chamber.obstacles`, but in the coordinates of the collisions table: µm from the centre
+        of the top left pixel, x to the right and y down. A pillar that the edge cuts is included.
+
+    Raises
+    ------
+    InputError
+        A size is not positive, or a number not finite.
+    """
+    if not finite_or_nan(pixel_size_um) > 0:
+        advice = "give the size of a pixel in µm"
+        raise InputError.of("pixel_size_um", "positive and finite", pixel_size_um, advice)
+    width, height = (_pixels(each) for each in frame_px)
+    at = chamber.layout.stations
+    x, y = ((at.imaging + at.exit) / 2, 0.0) if centre_um is None else map(_place, centre_um)
+    table = pillar_table(chamber.layout)
+    table["obstacle_x_um"] += (width - 1) / 2 * pixel_size_um - x
+    table["obstacle_y_um"] = (height - 1) / 2 * pixel_size_um - (table["obstacle_y_um"] - y)
+    radius = table["obstacle_radius_um"]
+    shown = (table["obstacle_x_um"] + radius > -0.5 * pixel_size_um) & (
+        table["obstacle_x_um"] - radius < (width - 0.5) * pixel_size_um
+    )
+    shown &= (table["obstacle_y_um"] + radius > -0.5 * pixel_size_um) & (
+        table["obstacle_y_um"] - radius < (height - 0.5) * pixel_size_um
+    )
+    visible: pd.DataFrame = table[shown].reset_index(drop=True)
+    return visible
+
+
+def _pixels(value: int) -> int:
+    if isinstance(value, bool) or int(value) != value or value < 1:
+        advice = "give width and height as in (640, 512)"
+        raise InputError.of("frame_px", "two whole numbers from 1 on", value, advice)
+    return int(value)
+
+
+def _place(value: float) -> float:
+    number = finite_or_nan(value)
+    if number != number:
+        advice = "give x and y in the design's coordinates"
+        raise InputError.of("centre_um", "two finite numbers", value, advice)
+    return number

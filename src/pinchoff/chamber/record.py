@@ -1,0 +1,80 @@
+"""The design as data: everything that was asked for and what follows from it, as JSON."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pinchoff.chamber.layout import REGIONS
+from pinchoff.chamber.masks import LAYERS
+from pinchoff.errors import InputError
+
+if TYPE_CHECKING:
+    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.rules import Violation
+
+
+def design_record(chamber: Chamber, violations: Sequence[Violation] = ()) -> dict[str, Any]:
+    """Return what goes into design.json; units are in the names."""
+    from pinchoff import __version__
+
+    layout = chamber.layout
+    left, low, right, high = layout.outline.bounds
+    return {
+        "pinchoff_version": __version__,
+        "parameters": chamber.model_dump(mode="json"),
+        "derived": {
+            "length_um": round(chamber.length_um, 3),
+            "width_um": round(chamber.width_um, 3),
+            "chip_um": [round(right - left, 3), round(high - low, 3)],
+            "fluid_area_mm2": round(layout.fluid.area * 1e-6, 6),
+            "fluid_volume_uL": round(layout.fluid.area * chamber.thickness_um * 1e-9, 6),
+            "least_gap_um": chamber.least_gap_um,
+            "least_wall_um": chamber.least_wall_um,
+            "database_unit_um": 0.001,
+        },
+        "regions": [
+            {
+                "number": number,
+                "name": name,
+                "area_mm2": round(layout.regions[name].area * 1e-6, 6),
+                "pillars": sum(pillar.region == name for pillar in layout.pillars),
+            }
+            for number, name in enumerate(REGIONS, start=1)
+        ],
+        "layers": LAYERS,
+        "stations_um": layout.stations._asdict(),
+        "ports": {name: port._asdict() for name, port in layout.ports.items()},
+        "pillars": [pillar._asdict() for pillar in layout.pillars],
+        "violations": [
+            {"rule": each.rule, "x_um": each.x_um, "y_um": each.y_um, "says": each.says}
+            for each in violations
+        ],
+    }
+
+
+def read_design(path: str | os.PathLike[str]) -> Chamber:
+    """Return the device that a design.json describes.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read or is no design; or as `Chamber`.
+    """
+    from pinchoff.chamber.design import Chamber
+
+    advice = "name a design.json that pinchoff chamber wrote"
+    try:
+        record = json.loads(Path(path).read_text(encoding="utf-8"))
+        parameters = record["parameters"]
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError.of(str(path), "a readable file", reason, advice) from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError.of(str(path), "a design as JSON", str(error), advice) from None
+    if not isinstance(parameters, dict):
+        raise InputError.of(str(path), "a design as JSON", parameters, advice)
+    return Chamber(**parameters)

@@ -1,0 +1,177 @@
+"""The device as a drawing: its regions coloured and numbered, and where it breaks a rule."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import matplotlib as mpl
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
+from matplotlib.path import Path as Outline
+from shapely.geometry.base import BaseGeometry
+
+from pinchoff.chamber.layout import REGIONS
+from pinchoff.chamber.shapes import polygons
+from pinchoff.figures import style
+from pinchoff.files import written_aside
+
+if TYPE_CHECKING:
+    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.rules import Violation
+
+#: Colour and name of each region, near those of the appendix's figure.
+REGION_LOOK = {
+    "inlets": ("#f0e442", "inlets with debris traps"),
+    "junction": ("#b5e08c", "flow-focusing junction"),
+    "oil_inputs": ("#2ca25f", "extra oil inlets"),
+    "expansion": ("#9fd3f0", "expansion"),
+    "supports": ("#3b62ad", "structural pillars"),
+    "imaging": ("#b48ad0", "imaging area"),
+    "exit": ("#f0a04b", "converging exit"),
+}
+_VIOLATION = "#d62728"
+_RIM = 0.3
+_RING_SHARE = 0.012  # of the chip's length: radius of the ring round a violation
+_RINGED = 40  # violations that get a ring and a number
+_LISTED = 6  # violations that are written out
+_SALT = "pinchoff"  # the same design is the same SVG
+
+
+def chamber_design(
+    chamber: Chamber, violations: Sequence[Violation] = (), axes: Axes | None = None
+) -> Axes:
+    """Draw the device from above, flow to the right, lengths in mm.
+
+    Parameters
+    ----------
+    chamber : Chamber
+    violations : sequence of Violation, optional
+        Places to mark, numbered in their order.
+    axes : Axes, optional
+        Where to draw; by default a new figure across two columns.
+
+    Returns
+    -------
+    Axes
+    """
+    layout = chamber.layout
+    with style.journal_style():
+        if axes is None:
+            axes = _wide_panel(layout.outline.bounds, len(violations))
+        for name, shape in layout.regions.items():
+            color = REGION_LOOK[name][0]
+            axes.add_patch(shape_patch(shape, facecolor=color, edgecolor="0.25", lw=_RIM))
+        for shape in layout.marks.values():
+            axes.add_patch(shape_patch(shape, facecolor="0.45", lw=0))
+        if violations:
+            _draw_violations(axes, violations, layout.outline.bounds)
+        else:
+            _draw_numbers(axes, chamber)
+        left, low, right, high = (each / 1e3 for each in layout.outline.bounds)
+        axes.add_patch(Rectangle((left, low), right - left, high - low, fill=False, lw=0.6))
+        axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
+        axes.set(xlabel="along the flow, $x$ (mm)", ylabel="across, $y$ (mm)")
+        _draw_legend(axes)
+        return axes
+
+
+def shape_patch(shape: BaseGeometry, **look: Any) -> PathPatch:
+    """Return a shape given in µm, with its holes, as a patch in mm."""
+    points, codes = [], []
+    for polygon in polygons(shape):
+        for ring in (polygon.exterior, *polygon.interiors):
+            corners = np.asarray(ring.coords)[:, :2] / 1e3
+            points.append(corners)
+            inner = [Outline.LINETO] * (len(corners) - 2)
+            codes += [Outline.MOVETO, *inner, Outline.CLOSEPOLY]
+    return PathPatch(Outline(np.concatenate(points), codes), **look)
+
+
+def write_drawing(path: str | os.PathLike[str], axes: Axes) -> None:
+    """Write a drawing as PNG, SVG or PDF, complete or not at all; the same bytes every time."""
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    path = Path(path)
+    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
+    with (
+        mpl.rc_context({"svg.hashsalt": _SALT, "svg.fonttype": "none"}),
+        written_aside(path) as unfinished,
+    ):
+        figure.savefig(unfinished, dpi=style.DOTS_PER_INCH, metadata=dated)
+
+
+def _wide_panel(bounds: tuple[float, float, float, float], violations: int) -> Axes:
+    left, low, right, high = bounds
+    height = (style.TWO_COLUMNS - 0.5) * (high - low) / (right - left) + 0.95
+    height += 0.11 * min(violations, _LISTED + 1)  # the lines of the list above it
+    figure = Figure(figsize=(style.TWO_COLUMNS, height), layout="constrained")
+    return figure.subplots()
+
+
+def _draw_numbers(axes: Axes, chamber: Chamber) -> None:
+    """Write each region's number where it has most room, once, at y >= 0."""
+    for number, shape in enumerate(chamber.layout.regions.values(), start=1):
+        upper = [part for part in polygons(shape) if part.centroid.y > -1.0]
+        room = shapely.maximum_inscribed_circle(max(upper, key=lambda part: part.area), 10.0)
+        x, y = room.coords[0]
+        axes.annotate(
+            str(number),
+            (x / 1e3, y / 1e3),
+            ha="center",
+            va="center",
+            fontsize=7,
+            bbox={"boxstyle": "circle,pad=0.18", "fc": "white", "ec": style.INK, "lw": 0.5},
+            zorder=5,
+        )
+
+
+def _draw_violations(
+    axes: Axes, violations: Sequence[Violation], bounds: tuple[float, float, float, float]
+) -> None:
+    """Mark each place in red, with a ring that shows where to look and its number."""
+    ring = _RING_SHARE * (bounds[2] - bounds[0]) / 1e3
+    for violation in violations:
+        look = {"facecolor": (*to_rgb(_VIOLATION), 0.5), "edgecolor": _VIOLATION, "lw": 0.5}
+        axes.add_patch(shape_patch(violation.shape, **look, zorder=4))
+    for number, violation in enumerate(violations[:_RINGED], start=1):
+        x, y = violation.x_um / 1e3, violation.y_um / 1e3
+        ring_patch = Circle((x, y), ring, fill=False, edgecolor=_VIOLATION, lw=0.9, zorder=5)
+        axes.add_patch(ring_patch)
+        axes.annotate(
+            str(number),
+            (x, y + ring),
+            xytext=(0, 2),
+            textcoords="offset points",
+            color=_VIOLATION,
+            fontsize=6,
+            ha="center",
+            va="bottom",
+            bbox={"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0},
+            zorder=6,
+        )
+    listed = [f"{k}  {violation}" for k, violation in enumerate(violations[:_LISTED], start=1)]
+    if len(violations) > _LISTED:
+        listed.append(f"… and {len(violations) - _LISTED} more")
+    axes.set_title("\n".join(listed), loc="left", fontsize=6, color=_VIOLATION)
+
+
+def _draw_legend(axes: Axes) -> None:
+    patches = [
+        Patch(facecolor=color, edgecolor="0.25", lw=_RIM, label=f"{number}  {name}")
+        for number, (color, name) in enumerate((REGION_LOOK[region] for region in REGIONS), start=1)
+    ]
+    axes.legend(
+        handles=patches,
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.16),
+        ncols=4,
+        columnspacing=1.2,
+        handlelength=1.2,
+    )
