@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pinchoff import errors as errors
     from pinchoff import flow as flow
+    from pinchoff import microscope as microscope
     from pinchoff.boundaries import Boundary as Boundary
     from pinchoff.boundaries import boundary as boundary
     from pinchoff.calibrations import Calibration as Calibration
@@ -43,6 +44,8 @@ if TYPE_CHECKING:
     from pinchoff.sweeps import SweepDesign as SweepDesign
     from pinchoff.sweeps import sweep as sweep
     from pinchoff.synthetic import virtual_experiment as virtual_experiment
+    from pinchoff.video.batch import measure_videos as measure_videos
+    from pinchoff.video.settings import VideoSettings as VideoSettings
 
     __version__: str
 
@@ -62,11 +65,13 @@ _HOME = {
     "PinchoffError": "errors",
     "SimulationError": "errors",
     "SweepDesign": "sweeps",
+    "VideoSettings": "video.settings",
     "boundary": "boundaries",
     "breakup_number": "law",
     "calibrate": "calibrations",
     "fit_law": "fits",
     "import_collisions": "collisions_import",
+    "measure_videos": "video.batch",
     "read_collisions": "collisions_file",
     "simulate": "simulation",
     "simulate_many": "simulation",
@@ -75,7 +80,7 @@ _HOME = {
     "total_energy": "energy",
     "virtual_experiment": "synthetic",
 }
-_MODULES = ("errors", "flow")
+_MODULES = ("errors", "flow", "microscope")
 
 __all__ = [
     "Boundary",
@@ -93,6 +98,7 @@ __all__ = [
     "PinchoffError",
     "SimulationError",
     "SweepDesign",
+    "VideoSettings",
     "__version__",
     "boundary",
     "breakup_number",
@@ -101,6 +107,8 @@ __all__ = [
     "fit_law",
     "flow",
     "import_collisions",
+    "measure_videos",
+    "microscope",
     "read_collisions",
     "simulate",
     "simulate_many",

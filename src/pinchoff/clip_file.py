@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Pixels = npt.NDArray[np.uint8]
 
+_PRESET = "veryfast"  # of x264: five times as fast as its default, files a tenth larger
+
 
 def require_video_extra(argument: str) -> ModuleType:
     """Return the module ``av``, once it and OpenCV are known to be there.
@@ -75,7 +77,7 @@ class ClipWriter:
         self._container: Any = self._av.open(str(self._aside.__enter__()), "w")
         rate = Fraction(fps).limit_denominator(1001)
         self._stream: Any = self._container.add_stream(
-            "libx264", rate=rate, options={"crf": str(crf)}
+            "libx264", rate=rate, options={"crf": str(crf), "preset": _PRESET}
         )
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"

@@ -20,6 +20,8 @@ from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
 from pinchoff.cli.virtual import virtual
+from pinchoff.cli.film import film
+from pinchoff.cli.video import video
 from pinchoff.errors import PinchoffError
 
 # typer shows its parser's errors to the public only as the base class of this one.
@@ -42,6 +44,8 @@ app.command()(boundary)
 app.command()(calibrate)
 app.command()(fit)
 app.command()(virtual)
+app.command()(film)
+app.command()(video)
 
 
 def _print_version(wanted: bool) -> None:

@@ -108,7 +108,7 @@ def film(
     *,
     microscope: Microscope | None = None,
     laboratory: Laboratory | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> Film:
     """Write a scene as an H.264 clip, and the truth about its collisions beside it.
 

@@ -17,7 +17,7 @@ Image = NDArray[np.float32]
 SAMPLE_SIZE = 32
 """Frames, spread evenly over the clip, from which the background is taken."""
 
-_GRID = 8  # the lamp is compared on every eighth pixel of every eighth row
+_GRID = 16  # the lamp is compared on every 16th pixel of every 16th row
 _ILLUMINATION_SHARE = 0.12  # of the shorter side: how far the light is even
 
 

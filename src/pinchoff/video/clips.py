@@ -24,13 +24,31 @@ Floats = NDArray[np.float64]
 
 
 class Measured(NamedTuple):
-    """What was seen in one frame."""
+    """What was seen in one frame.
+
+    Attributes
+    ----------
+    frame : Frame
+    droplets : list of Droplet
+    tracks : list of int
+        The track of each droplet.
+    events : list of Event
+        Between the frame before and this one.
+    necks : list of NeckSeen
+        Of the droplets in contact.
+    met : list of (int, int)
+        Track and obstacle of the collisions that begin here.
+    over : list of Encounter
+        The collisions that are over.
+    """
 
     frame: Frame
     droplets: list[Droplet]
     tracks: list[int]
     events: list[Event]
     necks: list[NeckSeen]
+    met: list[tuple[int, int]]
+    over: list[Encounter]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +63,9 @@ class ClipResult:
         Centre x, y and radius, pixels.
     calibrated : Calibrated
         Background and thresholds.
-    frame_count : int
+    frame_count, track_count : int
+    duration_s : float
+        Time of the last frame.
     warning : str
         What was wrong with the file; empty if nothing was.
     """
@@ -54,13 +74,15 @@ class ClipResult:
     obstacles: Floats
     calibrated: Calibrated
     frame_count: int
+    track_count: int
+    duration_s: float
     warning: str
 
 
 def measure_clip(
     path: Path,
     settings: VideoSettings,
-    on_frame: Callable[[Measured], object] | None = None,
+    begin: Callable[[Calibrated, Floats], Callable[[Measured], object]] | None = None,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -71,8 +93,9 @@ def measure_clip(
     ----------
     path : Path
     settings : VideoSettings
-    on_frame : callable, optional
-        Called with every frame that is measured.
+    begin : callable, optional
+        Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
+        what it returns is called with every frame that is measured.
 
     Raises
     ------
@@ -84,20 +107,24 @@ def measure_clip(
     calibrated = calibrate(frames, settings)
     del frames
     obstacles = clip_obstacles(calibrated, settings)
+    on_frame = None if begin is None else begin(calibrated, obstacles)
     segmenter = Segmenter(calibrated.background, calibrated.levels)
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
-    count = 0
+    count, duration = 0, 0.0
     for frame in clip.frames():
-        droplets = segmenter.droplets(frame)
+        droplets = tracker.resolved(frame.number, segmenter.droplets(frame))
         tracks, events = tracker.step(frame.number, droplets)
-        encounters += finder.step(frame.number, frame.time_s, droplets, tracks, events)
+        over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:
-            on_frame(Measured(frame, droplets, tracks, events, finder.necks))
-        count += 1
+            on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
+        encounters += over
+        count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    return ClipResult(encounters, obstacles, calibrated, count, clip.warning)
+    return ClipResult(
+        encounters, obstacles, calibrated, count, tracker.count, duration, clip.warning
+    )
 
 
 def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:

@@ -86,6 +86,8 @@ class CollisionFinder:
     ----------
     necks : list of NeckSeen
         Of the droplets in contact in the last frame.
+    met : list of (int, int)
+        Track and obstacle of the collisions that began in the last frame.
     """
 
     def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
@@ -93,6 +95,7 @@ class CollisionFinder:
         self._tracks: dict[int, _Follower] = {}
         self._first_frame: int | None = None
         self.necks: list[NeckSeen] = []
+        self.met: list[tuple[int, int]] = []
 
     def step(
         self,
@@ -119,7 +122,7 @@ class CollisionFinder:
         over: list[Encounter] = []
         for event in events:
             over += self._ended(event, time_s, by_track)
-        self.necks = []
+        self.necks, self.met = [], []
         for number, droplet in by_track.items():
             follower = self._tracks.get(number)
             if follower is None:
@@ -196,6 +199,7 @@ class CollisionFinder:
                 follower.passed.add(obstacle)
                 meeting = self._met(follower, obstacle, frame, droplet)
                 follower.meetings.append(meeting)
+                self.met.append((number, obstacle))
                 self._go_on(number, meeting, frame, droplet)
         # What is still among the open ones has left its obstacle behind.
         for meeting in open_ones.values():

@@ -20,8 +20,6 @@ _STEP_Y = np.array([0, 1, 1, 1, 0, -1, -1, -1])
 _DIRECTION = np.full((3, 3), 0)
 _DIRECTION[_STEP_Y + 1, _STEP_X + 1] = np.arange(8)
 
-SMOOTHING = np.array([1.0, 2.0, 3.0, 2.0, 1.0]) / 9.0
-
 
 def _sweeps() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return, for the steps into and out of a pixel, how many neighbours are outside, and which.
@@ -44,9 +42,7 @@ def _sweeps() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
 _COUNTS, _SIDES = _sweeps()
 
 
-def trace(
-    walks: Sequence[NDArray[np.int32]], excess: NDArray[np.int16], inside: NDArray[np.uint8]
-) -> list[Floats]:
+def trace(walks: Sequence[NDArray[np.int32]], excess: NDArray[np.int16]) -> list[Floats]:
     """Return the sub-pixel outlines of regions.
 
     Parameters
@@ -55,8 +51,7 @@ def trace(
         Their outermost pixels x, y as ``cv2.findContours`` gives them without approximation.
     excess : ndarray, shape (height, width)
         What is compared with zero: positive within the edge that is looked for, negative outside.
-    inside : ndarray of uint8, shape (height, width)
-        Not zero in all regions: between two of them the outline runs halfway.
+        Between two regions, where it is positive on both sides, an outline runs halfway.
 
     Returns
     -------
@@ -82,7 +77,7 @@ def trace(
     nth = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
     side = _SIDES[into[owner], out[owner], nth]
     x, y = pixels[owner, 0], pixels[owner, 1]
-    share = _crossing(x, y, side, excess, inside)
+    share = _crossing(x, y, side, excess)
     crossings = np.column_stack([x + share * _STEP_X[side], y + share * _STEP_Y[side]])
     per_walk = np.add.reduceat(counts, ends - lengths)
     return np.split(crossings, np.cumsum(per_walk)[:-1])
@@ -93,7 +88,6 @@ def _crossing(
     y: NDArray[np.int64],
     side: NDArray[np.int64],
     excess: NDArray[np.int16],
-    inside: NDArray[np.uint8],
 ) -> Floats:
     """Return how far from each pixel to its neighbour the edge lies, 0 to 1."""
     height, width = excess.shape
@@ -101,7 +95,7 @@ def _crossing(
     beyond_y = np.clip(y + _STEP_Y[side], 0, height - 1)
     here = excess[y, x].astype(np.float64)
     there = excess[beyond_y, beyond_x].astype(np.float64)
-    crosses = (here > 0) & (there <= 0) & (inside[beyond_y, beyond_x] == 0)
+    crosses = (here > 0) & (there <= 0)
     share = np.full(len(x), 0.5)
     np.divide(here, here - there, out=share, where=crosses)
     return share

@@ -28,7 +28,9 @@ _FIRST_EDGE = 0.5  # of the ring's darkness, before the profile is known
 _RING_QUANTILE = 0.98  # of what is clearly darker than the fluid
 _CLEARLY = 6.0  # standard deviations of the noise
 _MARGIN_PX = 4  # round droplets, where the background is not learned
-_PROFILE_REACH, _PROFILE_STEP = 3.0, 0.25  # of the profile across outlines, pixels
+_PROFILE_STEP = 0.25  # pixels
+_PROFILE = np.arange(-12.0, 3.0 + 1e-9, _PROFILE_STEP)  # across outlines, outwards, pixels
+_NEAR_PX = 1.5  # of the outline, where the profile's steepest place is looked for
 _LEAST_COLOUR = 0.04  # of the ring's darkness: a paler interior is told by its ring alone
 
 
@@ -66,10 +68,12 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         ]
         if len(frames) > 2:
             background = masked_background(frames, masks, background)
-        if settings.edge_level is None:
-            outlines = [[d.outline for d in each if not d.cut and d.group < 0] for each in found]
-            edge = _steepest(frames, outlines, Segmenter(background, levels), background, levels)
-            levels = replace(levels, edge=edge)
+        outlines = [[d.outline for d in each if not d.cut and d.group < 0] for each in found]
+        profile = _profile(frames, outlines, Segmenter(background, levels), background)
+        if profile is not None:
+            if settings.edge_level is None:
+                levels = replace(levels, edge=_level_of_steepest(profile, levels))
+            levels = replace(levels, ring_width=_ring_width(profile, levels))
     return Calibrated(background, levels)
 
 
@@ -167,42 +171,48 @@ def _near(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
     return mask
 
 
-def _steepest(
+def _profile(
     frames: Sequence[Frame],
     outlines: Sequence[Sequence[Floats]],
     segmenter: Segmenter,
     background: Background,
-    levels: Levels,
-) -> float:
-    """Return the level at which the mean profile across the outlines is steepest, of the ring."""
-    offsets = np.arange(-_PROFILE_REACH, _PROFILE_REACH + 1e-9, _PROFILE_STEP)
-    total, count = np.zeros(len(offsets)), 0
+) -> Floats | None:
+    """Return the mean darkness across the outlines, at average light; None without outlines."""
+    total, count = np.zeros(len(_PROFILE)), 0
     for frame, each in zip(frames, outlines, strict=True):
         if not each:
             continue
-        dark = segmenter.darkness(frame).astype(np.float32) / background.light
+        dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
         for outline in each:
             tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
             length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
             outward = np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None]
-            where = outline[:, None, :] + offsets[None, :, None] * outward[:, None, :]
+            where = outline[:, None, :] + _PROFILE[None, :, None] * outward[:, None, :]
             where = where.astype(np.float32)
             values = cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC)
             total += values.sum(axis=0)
             count += len(outline)
-    if count == 0:
-        return levels.edge
-    return _level_of_steepest(total / count, levels)
+    return total / count if count else None
 
 
 def _level_of_steepest(profile: Floats, levels: Levels) -> float:
     """Return the profile's value where it falls fastest outwards, of the ring's darkness."""
     slope = np.gradient(profile)
-    middle = slice(len(slope) // 4, -len(slope) // 4)
-    k = middle.start + int(np.argmin(slope[middle]))
-    if not 0 < k < len(slope) - 1 or slope[k] >= 0.0:
+    near = np.flatnonzero(np.abs(_PROFILE) <= _NEAR_PX)
+    k = int(near[np.argmin(slope[near])])
+    if k in (near[0], near[-1]) or slope[k] >= 0.0:
         return levels.edge
     curve = slope[k - 1] - 2.0 * slope[k] + slope[k + 1]
     shift = 0.5 * (slope[k - 1] - slope[k + 1]) / curve if curve > 0.0 else 0.0
     value = np.interp(k + np.clip(shift, -0.5, 0.5), np.arange(len(profile)), profile)
     return float(np.clip(value / levels.ring, 0.05, 0.95))
+
+
+def _ring_width(profile: Floats, levels: Levels) -> float:
+    """Return how far inwards the profile stays above the edge's level; 0 if it always does."""
+    inwards = profile[_PROFILE <= 0.0][::-1] / levels.ring
+    dark = np.flatnonzero(inwards > levels.edge)
+    if not dark.size:
+        return 0.0
+    light = np.flatnonzero(inwards[dark[0] :] <= levels.edge)
+    return float(_PROFILE_STEP * (dark[0] + light[0])) if light.size else 0.0

@@ -8,7 +8,6 @@ two droplets that touch.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,9 +21,13 @@ from pinchoff.video.contours import Floats, trace
 from pinchoff.video.reading import Frame
 
 Pixels = NDArray[np.uint8]
+Walk = NDArray[np.int32]
+"""Pixels x, y round a region, (n, 1, 2), as ``cv2.findContours`` gives them."""
 
 _DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
 _FREE = -1
+_THINNEST_WALL = 1.4  # ring widths between two droplets that touch
+_PALEST_WALL = 0.75  # of the ring's darkness, likewise
 
 
 class Droplet(NamedTuple):
@@ -42,6 +45,8 @@ class Droplet(NamedTuple):
         Whether the frame's edge cuts it.
     group : int
         Droplets that touch one another have the same number in their frame; -1: touches none.
+    whole : Droplet or None
+        Both parts as one droplet, where they may be one whose neck is too thin to show an inside.
     """
 
     outline: Floats
@@ -50,6 +55,7 @@ class Droplet(NamedTuple):
     y: float
     cut: bool
     group: int
+    whole: Droplet | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +75,8 @@ class Levels:
         Least similarity to that colour, from 0, the fluid's, to 1.
     minimum_area : float
         Of a droplet, pixels.
+    ring_width : float
+        Pixels; 0 where it is not known.
     """
 
     ring: float
@@ -76,6 +84,14 @@ class Levels:
     colour: Floats
     interior: float
     minimum_area: float
+    ring_width: float = 0.0
+
+
+class _Seen(NamedTuple):
+    """A frame and how bright its lamp is."""
+
+    frame: Frame
+    lamp: float
 
 
 class Segmenter:
@@ -92,11 +108,17 @@ class Segmenter:
         self._levels = levels
         threshold = levels.edge * levels.ring * background.light
         self._threshold = np.clip(np.rint(threshold), 1, 255).astype(np.uint8)
-        self._has_colour = bool(np.any(levels.colour != 0.0))
+        self._likeness = Likeness(background, levels.colour)
 
-    def darkness(self, frame: Frame) -> Pixels:
-        """Return how much darker than the empty chamber a frame is, grey levels."""
-        lamp = self._background.lamp(frame.luma)
+    def darkness(self, frame: Frame, lamp: float) -> Pixels:
+        """Return how much darker than the empty chamber a frame is, grey levels.
+
+        Parameters
+        ----------
+        frame : Frame
+        lamp : float
+            What `Background.lamp` says of it.
+        """
         empty = cv2.convertScaleAbs(self._background.luma, alpha=lamp)
         dark = cv2.subtract(empty, frame.luma)
         size, deviation = _DENOISING
@@ -105,144 +127,202 @@ class Segmenter:
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
-        dark = self.darkness(frame)
+        seen = _Seen(frame, self._background.lamp(frame.luma))
+        dark = self.darkness(*seen)
         ring = cv2.compare(dark, self._threshold, cv2.CMP_GT)
-        bodies = self._interiors(frame, ring)
-        filled = self._filled(ring, bodies)
-        walks, _ = cv2.findContours(filled, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        owned = _owners(walks, bodies)
-        chosen: list[NDArray[np.int32]] = []
+        if self._likeness.known:
+            self._close_at_edges(seen, ring)
+        bodies = self._bodies(seen, dark, ring)
+        walks: list[Walk] = []
         groups: list[int] = []
-        inside = filled
-        for k, interiors in enumerate(owned):
-            if len(interiors) == 1:
-                chosen.append(walks[k])
+        wholes: dict[int, int] = {}  # of a group that may be one droplet: place of its walk
+        for group, body in enumerate(bodies):
+            parts = [body.walk] if len(body.interiors) == 1 else _apart(ring, body)
+            walks += parts
+            groups += [group if len(parts) > 1 else _FREE] * len(parts)
+            if len(parts) == 2 and _bridge(*parts) <= 2.0 * self._levels.ring_width:
+                wholes[group] = len(walks)
+                walks.append(body.walk)
                 groups.append(_FREE)
-            elif len(interiors) > 1:
-                parts = _apart(filled, bodies, interiors, walks[k])
-                chosen += parts
-                groups += [k] * len(parts)
         excess = cv2.subtract(dark, self._threshold, dtype=cv2.CV_16S)
-        outlines = trace(chosen, excess, inside)
         height, width = dark.shape
+        found = [
+            _droplet(outline, walk, group, (width, height)) if len(outline) >= 3 else None
+            for outline, walk, group in zip(trace(walks, excess), walks, groups, strict=True)
+        ]
         return [
-            _droplet(outline, walk, group, (width, height))
-            for outline, walk, group in zip(outlines, chosen, groups, strict=True)
-            if len(outline) >= 3
+            each._replace(whole=found[wholes[each.group]]) if each.group in wholes else each
+            for place, each in enumerate(found)
+            if each is not None and place not in wholes.values()
         ]
 
-    def _interiors(self, frame: Frame, ring: Pixels) -> _Interiors:
-        """Find the regions that are not ring and have the droplets' colour."""
-        rest = cv2.bitwise_not(ring)
-        _, labels, stats, _ = cv2.connectedComponentsWithStats(rest, connectivity=4)
-        areas = stats[:, cv2.CC_STAT_AREA]
-        # The ring takes some of a small droplet's area.
-        big = np.flatnonzero(areas >= 0.25 * self._levels.minimum_area)
-        big = big[big != 0]
-        largest = big[np.argmax(areas[big])] if len(big) else 0
-        height, width = ring.shape
-        found = []
-        for label in big.tolist():
-            left, top, wide, high, _ = stats[label].tolist()
-            at_edge = left == 0 or top == 0 or left + wide == width or top + high == height
-            window = slice(top, top + high), slice(left, left + wide)
-            if self._has_colour:
-                likeness = self._likeness(frame, labels, label, window)
-                wanted = likeness >= self._levels.interior
-            else:
-                wanted = label != largest and not at_edge
-            if wanted:
-                found.append(label)
-        return _Interiors(labels, stats, found)
+    def _close_at_edges(self, seen: _Seen, ring: Pixels) -> None:
+        """Close the rings of droplets that the frame cuts, along its edge where they are."""
+        for edge in (np.s_[:1, :], np.s_[-1:, :], np.s_[:, :1], np.s_[:, -1:]):
+            alike = self._likeness.along(seen, edge)
+            ring[edge][alike >= self._levels.interior] = 255
 
-    def _likeness(
-        self, frame: Frame, labels: NDArray[np.int32], label: int, window: tuple[slice, slice]
-    ) -> float:
-        """Return how much of the droplets' colour a region has: 0 is the fluid's, 1 theirs."""
-        colour, background = self._levels.colour, self._background
-        rows, columns = (slice(s.start + s.start % 2, s.stop, 2) for s in window)
-        mask = (labels[rows, columns] == label).astype(np.uint8)
-        if not mask.any():
-            return 0.0
-        light = float(background.light[window].mean())
-        seen = np.zeros(3)
-        seen[0] = cv2.mean(frame.luma[rows, columns], mask)[0]
-        seen[0] -= cv2.mean(background.luma[rows, columns], mask)[0]
-        seen[0] /= light
-        if frame.chroma is not None and background.chroma is not None:
-            half = tuple(
-                slice(s.start // 2, s.start // 2 + n)
-                for s, n in zip((rows, columns), mask.shape, strict=True)
-            )
-            for k in (0, 1):
-                seen[k + 1] = (
-                    cv2.mean(frame.chroma[k][half], mask)[0]
-                    - cv2.mean(background.chroma[k][half], mask)[0]
-                )
-        return float(seen @ colour / (colour @ colour))
+    def _bodies(self, seen: _Seen, dark: Pixels, ring: Pixels) -> list[_Body]:
+        """Return the connected rings that enclose interiors, with these."""
+        contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        found: dict[int, list[Walk]] = {}
+        parents = hierarchy[0, :, 3].tolist() if len(contours) else []
+        # The ring takes some of a small droplet's area.
+        least = 0.25 * self._levels.minimum_area
+        for hole, parent in zip(contours, parents, strict=True):
+            if parent < 0 or len(hole) ** 2 < 4.0 * np.pi * least:
+                continue
+            if cv2.contourArea(hole) >= least and self._is_interior(seen, ring, hole):
+                found.setdefault(parent, []).append(hole)
+        return [
+            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark))
+            for k, holes in found.items()
+        ]
+
+    def _sorted(self, holes: list[Walk], dark: Pixels) -> list[list[Walk]]:
+        """Sort the holes of one ring into droplets.
+
+        Two droplets that touch have two rings between them. Where the wall is thinner or paler
+        than that, it is a neck so thin that hardly any inside shows.
+        """
+        left, top, wide, high = cv2.boundingRect(np.concatenate(holes))
+        window = np.s_[top : top + high, left : left + wide]
+        level = self._threshold[window] * np.float32(_PALEST_WALL / self._levels.edge)
+        pale = (dark[window] <= level).astype(np.uint8)
+        _, labels = cv2.connectedComponents(pale, connectivity=4)
+        inside = [self._label_within(labels, hole - (left, top)) for hole in holes]
+        wall = _THINNEST_WALL * self._levels.ring_width
+        parts: list[list[int]] = []
+        for k, hole in enumerate(holes):
+            near = [
+                part
+                for part in parts
+                if any(inside[k] == inside[j] or _distance(hole, holes[j]) < wall for j in part)
+            ]
+            parts = [part for part in parts if part not in near]
+            parts.append([k, *(j for part in near for j in part)])
+        return [[holes[k] for k in part] for part in parts]
 
     @staticmethod
-    def _filled(ring: Pixels, bodies: _Interiors) -> Pixels:
-        shade = np.zeros(len(bodies.stats), dtype=np.uint8)
-        shade[bodies.found] = 255
-        filled: Pixels = cv2.bitwise_or(ring, shade[bodies.labels])
-        return filled
+    def _label_within(labels: NDArray[np.int32], hole: Walk) -> int:
+        """Return the label that most pixels within a hole have."""
+        mask = np.zeros(labels.shape, dtype=np.uint8)
+        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED)
+        return int(np.bincount(labels[mask > 0]).argmax())
+
+    def _is_interior(self, seen: _Seen, ring: Pixels, hole: Walk) -> bool:
+        if not self._likeness.known:
+            return True
+        return self._likeness.within(seen, ring, hole) >= self._levels.interior
 
 
-class _Interiors(NamedTuple):
-    """Labels of all regions between rings, and which of them are interiors of droplets."""
+class Likeness:
+    """How much of the droplets' colour something has: 0 is the fluid's, 1 theirs.
 
-    labels: NDArray[np.int32]
-    stats: NDArray[np.int32]
-    found: list[int]
+    Parameters
+    ----------
+    background : Background
+    colour : ndarray, shape (3,)
+        As in `Levels`.
+    """
 
-    def a_pixel_of(self, label: int) -> tuple[int, int]:
-        """Return x and y of the leftmost pixel in a region's top row."""
-        left, top, wide = self.stats[label, :3].tolist()
-        return left + int(np.argmax(self.labels[top, left : left + wide] == label)), top
+    def __init__(self, background: Background, colour: Floats) -> None:
+        self._background = background
+        self.known = bool(np.any(colour != 0.0))
+        self._weights = colour / max(float(colour @ colour), 1e-9)
+
+    def within(self, seen: _Seen, ring: Pixels, hole: Walk) -> float:
+        """Return it for the pixels that a hole in a ring encloses."""
+        left, top, wide, high = cv2.boundingRect(hole)
+        # Colour has half the resolution: begin at an even pixel, look at every other.
+        left, top = left + left % 2, top + top % 2
+        window = np.s_[top : top + high : 2, left : left + wide : 2]
+        mask = np.zeros((high, wide), dtype=np.uint8)
+        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED, offset=(-left, -top))
+        inside = mask[::2, ::2][: ring[window].shape[0], : ring[window].shape[1]]
+        chosen = (inside > 0) & (ring[window] == 0)
+        if not chosen.any():
+            return 0.0
+        return float(self._of(seen, window)[chosen].mean())
+
+    def along(self, seen: _Seen, edge: tuple[slice, slice]) -> NDArray[np.float32]:
+        """Return it along an edge of the frame, smoothed over a few pixels."""
+        rows, columns = (range(n)[s] for n, s in zip(seen.frame.luma.shape, edge, strict=True))
+        window = np.s_[rows[0] : rows[-1] + 1 : 2, columns[0] : columns[-1] + 1 : 2]
+        alike = self._of(seen, window)
+        full = cv2.resize(alike, (len(columns), len(rows)), interpolation=cv2.INTER_NEAREST)
+        smooth: NDArray[np.float32] = cv2.blur(full, (9, 9), borderType=cv2.BORDER_REPLICATE)
+        return smooth
+
+    def _of(self, seen: _Seen, window: tuple[slice, slice]) -> NDArray[np.float32]:
+        """Return it for every other pixel of a window."""
+        background, frame = self._background, seen.frame
+        weights = self._weights.astype(np.float32)
+        alike: NDArray[np.float32] = frame.luma[window] * np.float32(1.0 / seen.lamp)
+        alike -= background.luma[window]
+        alike *= weights[0] / background.light[window]
+        if frame.chroma is not None and background.chroma is not None:
+            rows, columns = (
+                slice(s.start // 2, s.start // 2 + n)
+                for s, n in zip(window, alike.shape, strict=True)
+            )
+            for k in (0, 1):
+                ours, theirs = frame.chroma[k, rows, columns], background.chroma[k, rows, columns]
+                alike += weights[k + 1] * (ours - theirs)
+        return alike
 
 
-def _owners(walks: Sequence[NDArray[np.int32]], bodies: _Interiors) -> list[list[int]]:
-    """Return for each outermost walk the interiors that lie within it."""
-    boxes = [cv2.boundingRect(walk) for walk in walks]
-    owned: list[list[int]] = [[] for _ in walks]
-    for label in bodies.found:
-        x, y = bodies.a_pixel_of(label)
-        for k, (left, top, wide, high) in enumerate(boxes):
-            within = left <= x < left + wide and top <= y < top + high
-            if within and cv2.pointPolygonTest(walks[k], (float(x), float(y)), False) >= 0:
-                owned[k].append(label)
-                break
-    return owned
+class _Body(NamedTuple):
+    """A connected ring: its outermost pixels, and the holes that are each droplet's interior."""
+
+    walk: Walk
+    interiors: list[list[Walk]]
 
 
-def _apart(
-    filled: Pixels, bodies: _Interiors, interiors: Sequence[int], walk: NDArray[np.int32]
-) -> list[NDArray[np.int32]]:
+def _distance(one: Walk, other: Walk) -> float:
+    """Return the thickness of the ring between two holes; their walks lie on it."""
+    squares = ((one[:, None, 0, :] - other[None, :, 0, :]) ** 2).sum(axis=2)
+    return float(np.sqrt(squares.min())) + 1.0
+
+
+def _bridge(one: Walk, other: Walk) -> float:
+    """Return how wide the border is along which two parts of a region meet, pixels."""
+    near = np.abs(one[:, None, 0, :] - other[None, :, 0, :]).sum(axis=2) == 1
+    border = one[near.any(axis=1), 0, :]
+    if not len(border):
+        return 0.0
+    extent = np.hypot(*(border[:, None] - border[None]).transpose(2, 0, 1)).max()
+    return float(extent) + 1.0
+
+
+def _apart(ring: Pixels, body: _Body) -> list[Walk]:
     """Part a connected region among its interiors: every pixel goes to the nearest one."""
-    left, top, wide, high = cv2.boundingRect(walk)
-    window = slice(top, top + high), slice(left, left + wide)
-    labels = bodies.labels[window]
+    left, top, wide, high = cv2.boundingRect(body.walk)
+    window = np.s_[top : top + high, left : left + wide]
     region = np.zeros((high, wide), dtype=np.uint8)
-    cv2.drawContours(region, [walk], -1, 255, cv2.FILLED, offset=(-left, -top))
-    outside = np.where(np.isin(labels, interiors), 0, 255).astype(np.uint8)
+    cv2.drawContours(region, [body.walk], -1, 255, cv2.FILLED, offset=(-left, -top))
+    owner = np.zeros((high, wide), dtype=np.uint8)
+    for number, holes in enumerate(body.interiors, start=1):
+        cv2.drawContours(owner, holes, -1, min(number, 255), cv2.FILLED, offset=(-left, -top))
+    owner[ring[window] > 0] = 0
     _, nearest = cv2.distanceTransformWithLabels(
-        outside, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+        cv2.compare(owner, 0, cv2.CMP_EQ), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
     )
+    owner_of = np.zeros(int(nearest.max()) + 1, dtype=np.uint8)
+    owner_of[nearest[owner > 0]] = owner[owner > 0]
+    whole = owner_of[nearest]
     parts = []
-    for label in interiors:
-        x, y = bodies.a_pixel_of(label)
-        own = np.where((nearest == nearest[y - top, x - left]) & (region > 0), 255, 0)
+    for number in range(1, len(body.interiors) + 1):
+        own = np.where((whole == number) & (region > 0), 255, 0).astype(np.uint8)
         walks, _ = cv2.findContours(
-            own.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
+            own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
         )
-        parts.append(max(walks, key=len))
+        if walks:
+            parts.append(max(walks, key=len))
     return parts
 
 
-def _droplet(
-    outline: Floats, walk: NDArray[np.int32], group: int, size: tuple[int, int]
-) -> Droplet:
+def _droplet(outline: Floats, walk: Walk, group: int, size: tuple[int, int]) -> Droplet:
     left, top, wide, high = cv2.boundingRect(walk)
     cut = left <= 0 or top <= 0 or left + wide >= size[0] or top + high >= size[1]
     x, y = _core.centroid(outline)

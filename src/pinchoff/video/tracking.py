@@ -80,12 +80,45 @@ class Tracker:
     Parameters
     ----------
     settings : VideoSettings
+
+    Attributes
+    ----------
+    count : int
+        Tracks so far.
     """
 
     settings: VideoSettings
     _tracks: list[_Track] = field(default_factory=list)
-    _count: int = 0
+    count: int = 0
     _flow: Floats = field(default_factory=lambda: np.zeros(2))
+
+    def resolved(self, frame: int, droplets: Sequence[Droplet]) -> list[Droplet]:
+        """Return droplets with parts taken together that were one droplet and still may be one.
+
+        Parameters
+        ----------
+        frame : int
+        droplets : sequence of Droplet
+        """
+        kept: list[Droplet] = []
+        done: set[int] = set()
+        for each in droplets:
+            if each.whole is None or not self._is_expected(frame, each.whole):
+                kept.append(each)
+            elif each.group not in done:
+                done.add(each.group)
+                kept.append(each.whole)
+        return kept
+
+    def _is_expected(self, frame: int, droplet: Droplet) -> bool:
+        for track in self._tracks:
+            before, after = track.droplet.area, droplet.area
+            if abs(after - before) > self.settings.area_tolerance * max(after, before):
+                continue
+            off = track.expected(frame, self._flow) - (droplet.x, droplet.y)
+            if np.hypot(*off) <= self.reach(np.array(before)):
+                return True
+        return False
 
     def step(self, frame: int, droplets: Sequence[Droplet]) -> tuple[list[int], list[Event]]:
         """Take the droplets of the next frame.
@@ -144,13 +177,13 @@ class Tracker:
         return [self._end(track, frame) for track in waiting]
 
     def _new(self, frame: int, droplet: Droplet) -> _Track:
-        track = _Track(self._count, frame, droplet)
-        self._count += 1
+        track = _Track(self.count, frame, droplet)
+        self.count += 1
         return track
 
     def _upstream(self, droplet: Droplet, frame: int) -> bool:
         # In the first frame everything comes into view.
-        return self._count == 0 or (not self._tracks and frame == 0)
+        return self.count == 0 or (not self._tracks and frame == 0)
 
     def _links(self, frame: int, droplets: Sequence[Droplet]) -> dict[int, int]:
         """Return the position of a droplet for each position of a track that goes on in it."""
