@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.video import LABORATORY
+from pinchoff.cli.video import LABORATORY, flag_of
 from pinchoff.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
@@ -91,13 +91,12 @@ def film(
 
 def _laboratory(texts: dict[str, str]) -> Laboratory:
     from pinchoff.encounters import Laboratory
-    from pinchoff.physical import positive_quantity
+    from pinchoff.physical import positive_magnitude_of
 
     values = {}
     for name, text in texts.items():
-        field, unit, kind, example = LABORATORY[name]
-        flag = "--" + name.replace("_", "-")
-        values[field] = positive_quantity(flag, text, unit, kind, example)
+        field, unit = LABORATORY[name]
+        values[field] = positive_magnitude_of(flag_of(name), text, unit)
     return Laboratory(**values)
 
 

@@ -21,18 +21,14 @@ _EXPERIMENT = "Experiment, with units"
 _IMAGE = "Image"
 
 LABORATORY = {
-    "obstacle_radius": ("obstacle_radius_um", "um", "length", "85 um"),
-    "thickness": ("thickness_um", "um", "length", "85 um"),
-    "viscosity": ("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
-    "surface_tension": ("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
+    "obstacle_radius": ("obstacle_radius_um", "um"),
+    "thickness": ("thickness_um", "um"),
+    "viscosity": ("viscosity_mPa_s", "mPa*s"),
+    "surface_tension": ("surface_tension_mN_m", "mN/m"),
 }
-"""What a camera does not see: field, unit, kind and example of every quantity."""
+"""What a camera does not see: field and unit of every quantity."""
 
-_LENGTHS = {
-    "pixel_size": ("pixel_size_um", "5.28 um"),
-    "minimum_diameter": ("minimum_diameter_um", "60 um"),
-    "contact_distance": ("contact_distance_um", "16 um"),
-}
+_LENGTHS = ("pixel_size", "minimum_diameter", "contact_distance")
 
 
 def _quantity(flag: str, meaning: str, example: str, panel: str = _EXPERIMENT) -> Any:
@@ -157,21 +153,19 @@ def video_settings(
         A value is wrong, or the pixel's size is not given at all.
     """
     from pinchoff.files import read_toml
-    from pinchoff.physical import positive_quantity
+    from pinchoff.physical import positive_magnitude_of
     from pinchoff.video.settings import VideoSettings
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
     given = dict(table.pop("laboratory", {}))
-    for name, (field, example) in _LENGTHS.items():
+    for name in _LENGTHS:
         text = lengths.get(name)
         if text is not None:
-            flag = "--" + name.replace("_", "-")
-            table[field] = positive_quantity(flag, text, "um", "length", example)
-    for name, (field, unit, kind, example) in LABORATORY.items():
+            table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
+    for name, (field, unit) in LABORATORY.items():
         text = laboratory.get(name)
         if text is not None:
-            flag = "--" + name.replace("_", "-")
-            given[field] = positive_quantity(flag, text, unit, kind, example)
+            given[field] = positive_magnitude_of(flag_of(name), text, unit)
     if fps is not None:
         table["fps"] = value_of("--fps", fps)
     for assignment in assignments:
@@ -184,6 +178,11 @@ def video_settings(
         rule, advice = "given", "write it like '5.28 um'"
         raise InputError.of("--pixel-size", rule, "nothing", advice)
     return VideoSettings(**table, laboratory=given)
+
+
+def flag_of(name: str) -> str:
+    """Return the option that gives a quantity."""
+    return "--" + name.replace("_", "-")
 
 
 def _announce(result: VideoResult, written: list[Path]) -> None:

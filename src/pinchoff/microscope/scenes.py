@@ -20,7 +20,8 @@ GAP_PX = 14.0
 """Least distance between the boxes round two droplets, pixels."""
 
 _STAGGER = 0.08  # of the length in view: neighbouring obstacles stand this far apart along the flow
-_MOST_FRAMES = 2_000  # a passage that takes longer stays where it is
+_MOST_FRAMES = 2_000  # a droplet that takes longer to pass stays at its obstacle
+_STAY_SHOWN = 300  # frames for which it is shown
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,7 @@ class _Slot(NamedTuple):
 
     first_frame: int
     boxes: Floats  # (frames, 4): left, top, right, bottom along and across the flow, pixels
+    stays: bool
 
 
 def lane_scene(
@@ -81,7 +83,9 @@ def lane_scene(
     Parameters
     ----------
     passages : sequence of Passage
-        Runs round the origin with one obstacle each; where and when they are is chosen here.
+        Runs round the origin with one obstacle each; where and when they are is chosen here. A
+        droplet that stays at its obstacle closes its lane; when all are closed, what is left of
+        such runs is left out.
     microscope : Microscope
     lanes : int, optional
         How many obstacles stand across the flow; by default as many as there is room for.
@@ -105,27 +109,33 @@ def lane_scene(
         raise InputError.of("passages", "one or more", "none", "give runs of the engine")
     random = np.random.default_rng(seed)
     along, across = _extent(microscope, angle)
-    boxes = [_boxes(passage, microscope.fps, along) for passage in passages]
-    count = lanes or _lane_count(boxes, across)
-    centres = (np.arange(count) + 0.5) / count * across - across / 2
-    shifts = along * _STAGGER * np.where(np.arange(count) % 2, 1.0, -1.0) * (count > 1)
+    tracks = [_track(passage, microscope.fps, along) for passage in passages]
+    count = lanes or _lane_count(tracks, across)
+    centres = ((np.arange(count) + 0.5) / count * across - across / 2).tolist()
+    shifts = (along * _STAGGER * np.where(np.arange(count) % 2, 1.0, -1.0) * (count > 1)).tolist()
     slots: list[list[_Slot]] = [[] for _ in range(count)]
     placed, end = [], 0
-    for passage, (start, box) in zip(passages, boxes, strict=True):
-        lane = min(range(count), key=lambda k: slots[k][-1].first_frame if slots[k] else -1)
-        here = box + np.array([shifts[lane], centres[lane]] * 2)
+    # What stays at its obstacle closes a lane: so it comes last.
+    for k in sorted(range(len(passages)), key=lambda k: tracks[k].stays):
+        track = tracks[k]
+        open_lanes = [lane for lane in range(count) if not (slots[lane] and slots[lane][-1].stays)]
+        if not open_lanes:
+            break
+        lane = min(open_lanes, key=lambda k: slots[k][-1].first_frame if slots[k] else -1)
+        here = track.boxes + np.array([shifts[lane], centres[lane]] * 2)
         earliest = slots[lane][-1].first_frame if slots[lane] else 0
         earliest += int(random.integers(1, 12))
-        near = [slot for k in (lane - 1, lane, lane + 1) if 0 <= k < count for slot in slots[k]]
+        near = [slot for j in (lane - 1, lane, lane + 1) if 0 <= j < count for slot in slots[j]]
         first = _first_free(here, near, earliest)
-        slots[lane].append(_Slot(first, here))
-        end = max(end, first + len(here))
+        slots[lane].append(_Slot(first, here, track.stays))
+        end = max(end, first + min(len(here), _STAY_SHOWN if track.stays else len(here)))
         cosine, sine = math.cos(angle), math.sin(angle)
         origin = (
             (microscope.width - 1) / 2 + cosine * shifts[lane] - sine * centres[lane],
             (microscope.height - 1) / 2 + sine * shifts[lane] + cosine * centres[lane],
         )
-        placed.append(passage.moved((first - start) / microscope.fps, origin, angle))
+        start_s = (first - track.first_frame) / microscope.fps
+        placed.append(passages[k].moved(start_s, origin, angle))
     return Scene(tuple(placed)), end
 
 
@@ -136,8 +146,8 @@ def _extent(microscope: Microscope, angle: float) -> tuple[float, float]:
     return width * cosine + height * sine, width * sine + height * cosine
 
 
-def _boxes(passage: Passage, fps: float, along: float) -> tuple[int, Floats]:
-    """Return the first frame, counted from the run's start, and the boxes while in view."""
+def _track(passage: Passage, fps: float, along: float) -> _Slot:
+    """Return where a passage is while in view; frames are counted from the run's start."""
     reach = (0.5 + 2 * _STAGGER) * along
 
     at_origin = passage.moved(0.0, (0.0, 0.0), 0.0)
@@ -152,11 +162,11 @@ def _boxes(passage: Passage, fps: float, along: float) -> tuple[int, Floats]:
     found = [box(first)]
     while found[-1][0] < reach and len(found) < _MOST_FRAMES:
         found.append(box(first + len(found)))
-    return first, np.array(found)
+    return _Slot(first, np.array(found), len(found) == _MOST_FRAMES)
 
 
-def _lane_count(boxes: Sequence[tuple[int, Floats]], across: float) -> int:
-    widest = max(float((box[:, 3] - box[:, 1]).max()) for _, box in boxes)
+def _lane_count(tracks: Sequence[_Slot], across: float) -> int:
+    widest = max(float((track.boxes[:, 3] - track.boxes[:, 1]).max()) for track in tracks)
     return max(1, int(across / (widest + 2 * GAP_PX)))
 
 

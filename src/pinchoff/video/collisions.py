@@ -259,18 +259,22 @@ class CollisionFinder:
         )
 
 
-def contact_velocity(places: Sequence[_Place]) -> tuple[float, float]:
+def contact_velocity(places: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
     """Return the velocity at the last of several places, pixels a second.
 
     A parabola in time through all of them, by least squares: droplets slow down as they approach.
     With three places or fewer a straight line; with one, NaN.
+
+    Parameters
+    ----------
+    places : sequence of (time in s, x, y)
     """
-    times = np.array([place.time_s for place in places])
+    times = np.array([place[0] for place in places])
     if len(times) < 2:
         return math.nan, math.nan
     since = times - times[-1]
     powers = np.vander(since, 3 if len(times) > _FEWEST_FRAMES else 2, increasing=True)
-    where = np.array([[place.x, place.y] for place in places])
+    where = np.array([place[1:] for place in places])
     fit, *_ = np.linalg.lstsq(powers, where, rcond=None)
     vx, vy = fit[1].tolist()
     return vx, vy

@@ -106,8 +106,7 @@ class Segmenter:
     def __init__(self, background: Background, levels: Levels) -> None:
         self._background = background
         self._levels = levels
-        threshold = levels.edge * levels.ring * background.light
-        self._threshold = np.clip(np.rint(threshold), 1, 255).astype(np.uint8)
+        self._ring = levels.ring * background.light
         self._likeness = Likeness(background, levels.colour)
 
     def darkness(self, frame: Frame, lamp: float) -> Pixels:
@@ -129,7 +128,9 @@ class Segmenter:
         """Return the droplets of a frame, the touching ones apart."""
         seen = _Seen(frame, self._background.lamp(frame.luma))
         dark = self.darkness(*seen)
-        ring = cv2.compare(dark, self._threshold, cv2.CMP_GT)
+        # Light that is brighter by some factor darkens a ring by as many more grey levels.
+        threshold = cv2.convertScaleAbs(self._ring, alpha=self._levels.edge * seen.lamp)
+        ring = cv2.compare(dark, threshold, cv2.CMP_GT)
         if self._likeness.known:
             self._close_at_edges(seen, ring)
         bodies = self._bodies(seen, dark, ring)
@@ -144,7 +145,7 @@ class Segmenter:
                 wholes[group] = len(walks)
                 walks.append(body.walk)
                 groups.append(_FREE)
-        excess = cv2.subtract(dark, self._threshold, dtype=cv2.CV_16S)
+        excess = cv2.subtract(dark, threshold, dtype=cv2.CV_16S)
         height, width = dark.shape
         found = [
             _droplet(outline, walk, group, (width, height)) if len(outline) >= 3 else None
@@ -175,11 +176,11 @@ class Segmenter:
             if cv2.contourArea(hole) >= least and self._is_interior(seen, ring, hole):
                 found.setdefault(parent, []).append(hole)
         return [
-            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark))
+            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, seen.lamp))
             for k, holes in found.items()
         ]
 
-    def _sorted(self, holes: list[Walk], dark: Pixels) -> list[list[Walk]]:
+    def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
         """Sort the holes of one ring into droplets.
 
         Two droplets that touch have two rings between them. Where the wall is thinner or paler
@@ -187,7 +188,7 @@ class Segmenter:
         """
         left, top, wide, high = cv2.boundingRect(np.concatenate(holes))
         window = np.s_[top : top + high, left : left + wide]
-        level = self._threshold[window] * np.float32(_PALEST_WALL / self._levels.edge)
+        level = self._ring[window] * np.float32(_PALEST_WALL * lamp)
         pale = (dark[window] <= level).astype(np.uint8)
         _, labels = cv2.connectedComponents(pale, connectivity=4)
         inside = [self._label_within(labels, hole - (left, top)) for hole in holes]
