@@ -35,7 +35,7 @@ def filmed(tmp_path_factory):
     """A small clip with its truth, from a sweep of two runs: one breaks, one slips past."""
     folder = tmp_path_factory.mktemp("film")
     (folder / "design.toml").write_text(DESIGN)
-    (folder / "look.toml").write_text("width = 480\nheight = 256\nnoise = 3\n")
+    (folder / "look.toml").write_text("width = 480\nheight = 360\nnoise = 3\n")
     assert main(["sweep", str(folder / "design.toml"), "--out", str(folder / "sweep")]) == 0
     clip = folder / "clip.mp4"
     look = ["--look", str(folder / "look.toml")]
@@ -97,7 +97,7 @@ def test_annotated_clip_shows_every_frame(done):
     result = json.loads((done / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     found = list(Clip(done / "clips" / "clip" / "overlay.mp4").frames())
     assert len(found) == result["frames"]
-    assert found[0].luma.shape == (512, 960)
+    assert found[0].luma.shape == (720, 960)
 
 
 def test_second_run_reuses(filmed, done, capsys):

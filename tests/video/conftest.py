@@ -19,7 +19,8 @@ def _disc(radius: float, count: int = 128) -> np.ndarray:
 
 def _moving(shape, start, velocity, obstacle=None, fps=60.0):
     """Let an outline glide: `start` in pixels at frame 0, `velocity` in pixels a frame."""
-    return _along(shape, [start, np.add(start, velocity)], [0.0, 1.0], obstacle, fps)
+    end = np.asarray(start) + 600.0 * np.asarray(velocity)
+    return _along(shape, [start, end], [0.0, 600.0], obstacle, fps)
 
 
 def _along(shape, places, frame_numbers, obstacle=None, fps=60.0):

@@ -8,6 +8,7 @@ two droplets that touch.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -141,7 +142,7 @@ class Segmenter:
             parts = [body.walk] if len(body.interiors) == 1 else _apart(ring, body)
             walks += parts
             groups += [group if len(parts) > 1 else _FREE] * len(parts)
-            if len(parts) == 2 and _bridge(*parts) <= 2.0 * self._levels.ring_width:
+            if len(parts) > 1 and self._may_be_one(parts, body):
                 wholes[group] = len(walks)
                 walks.append(body.walk)
                 groups.append(_FREE)
@@ -183,8 +184,8 @@ class Segmenter:
     def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
         """Sort the holes of one ring into droplets.
 
-        Two droplets that touch have two rings between them. Where the wall is thinner or paler
-        than that, it is a neck so thin that hardly any inside shows.
+        Between two droplets that touch is a wall as dark as their rings. Where it is paler, it is
+        a neck so thin that hardly any inside shows.
         """
         left, top, wide, high = cv2.boundingRect(np.concatenate(holes))
         window = np.s_[top : top + high, left : left + wide]
@@ -192,17 +193,25 @@ class Segmenter:
         pale = (dark[window] <= level).astype(np.uint8)
         _, labels = cv2.connectedComponents(pale, connectivity=4)
         inside = [self._label_within(labels, hole - (left, top)) for hole in holes]
-        wall = _THINNEST_WALL * self._levels.ring_width
-        parts: list[list[int]] = []
-        for k, hole in enumerate(holes):
-            near = [
-                part
-                for part in parts
-                if any(inside[k] == inside[j] or _distance(hole, holes[j]) < wall for j in part)
-            ]
-            parts = [part for part in parts if part not in near]
-            parts.append([k, *(j for part in near for j in part)])
-        return [[holes[k] for k in part] for part in parts]
+        return [
+            [hole for hole, own in zip(holes, inside, strict=True) if own == label]
+            for label in sorted(set(inside))
+        ]
+
+    def _may_be_one(self, parts: list[Walk], body: _Body) -> bool:
+        """Return whether parts that meet may be one droplet with a neck that shows no inside.
+
+        Then the neck is no wider than two rings, or the wall across it thinner.
+        """
+        ring = self._levels.ring_width
+        for (k, one), (j, other) in itertools.combinations(enumerate(parts), 2):
+            bridge = _bridge(one, other)
+            if bridge == 0.0 or bridge <= 2.0 * ring:
+                continue
+            walls = itertools.product(body.interiors[k], body.interiors[j])
+            if min(_distance(*pair) for pair in walls) >= _THINNEST_WALL * ring:
+                return False
+        return True
 
     @staticmethod
     def _label_within(labels: NDArray[np.int32], hole: Walk) -> int:
@@ -318,8 +327,7 @@ def _apart(ring: Pixels, body: _Body) -> list[Walk]:
         walks, _ = cv2.findContours(
             own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
         )
-        if walks:
-            parts.append(max(walks, key=len))
+        parts.append(max(walks, key=len))
     return parts
 
 
