@@ -140,10 +140,10 @@ def lane_scene(
 
 
 def _extent(microscope: Microscope, angle: float) -> tuple[float, float]:
-    """Return how long and how wide the image is, along and across the flow."""
-    cosine, sine = abs(math.cos(angle)), abs(math.sin(angle))
+    """Return how far the image reaches along the flow, and across it through its middle."""
+    cosine, sine = max(abs(math.cos(angle)), 1e-9), max(abs(math.sin(angle)), 1e-9)
     width, height = microscope.size
-    return width * cosine + height * sine, width * sine + height * cosine
+    return width * cosine + height * sine, min(width / sine, height / cosine)
 
 
 def _track(passage: Passage, fps: float, along: float) -> _Slot:
