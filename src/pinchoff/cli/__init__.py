@@ -15,13 +15,13 @@ import typer
 
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
+from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
-from pinchoff.cli.virtual import virtual
-from pinchoff.cli.film import film
 from pinchoff.cli.video import video
+from pinchoff.cli.virtual import virtual
 from pinchoff.errors import PinchoffError
 
 # typer shows its parser's errors to the public only as the base class of this one.
