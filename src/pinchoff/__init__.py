@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pinchoff import chamber as chamber
     from pinchoff import errors as errors
     from pinchoff import flow as flow
+    from pinchoff import microscope as microscope
     from pinchoff.boundaries import Boundary as Boundary
     from pinchoff.boundaries import boundary as boundary
     from pinchoff.calibrations import Calibration as Calibration
@@ -45,6 +46,8 @@ if TYPE_CHECKING:
     from pinchoff.sweeps import SweepDesign as SweepDesign
     from pinchoff.sweeps import sweep as sweep
     from pinchoff.synthetic import virtual_experiment as virtual_experiment
+    from pinchoff.video.batch import measure_videos as measure_videos
+    from pinchoff.video.settings import VideoSettings as VideoSettings
 
     __version__: str
 
@@ -64,11 +67,13 @@ _HOME = {
     "PinchoffError": "errors",
     "SimulationError": "errors",
     "SweepDesign": "sweeps",
+    "VideoSettings": "video.settings",
     "boundary": "boundaries",
     "breakup_number": "law",
     "calibrate": "calibrations",
     "fit_law": "fits",
     "import_collisions": "collisions_import",
+    "measure_videos": "video.batch",
     "read_collisions": "collisions_file",
     "reproduce": "reproduction",
     "simulate": "simulation",
@@ -78,7 +83,7 @@ _HOME = {
     "total_energy": "energy",
     "virtual_experiment": "synthetic",
 }
-_MODULES = ("chamber", "errors", "flow")
+_MODULES = ("chamber", "errors", "flow", "microscope")
 
 __all__ = [
     "Boundary",
@@ -96,6 +101,7 @@ __all__ = [
     "PinchoffError",
     "SimulationError",
     "SweepDesign",
+    "VideoSettings",
     "__version__",
     "boundary",
     "breakup_number",
@@ -105,6 +111,8 @@ __all__ = [
     "fit_law",
     "flow",
     "import_collisions",
+    "measure_videos",
+    "microscope",
     "read_collisions",
     "reproduce",
     "simulate",

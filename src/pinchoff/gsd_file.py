@@ -39,7 +39,8 @@ OutlineLike = Outline | tuple[int, int, npt.ArrayLike, npt.ArrayLike]
 class OutlineWriter:
     """Append outlines to a GSD file, frame by frame.
 
-    Every frame is flushed: a file whose writer was killed holds all frames appended before.
+    Every frame is flushed unless told otherwise: a file whose writer was killed holds all frames
+    appended before.
     In OVITO the obstacles (type "obstacle", at their true diameter) come first, then the vertices
     (type "vertex") with bonds along each outline; the particles' body is the droplet's id.
 
@@ -52,7 +53,9 @@ class OutlineWriter:
     parameters : mapping
         The parameters of the run; stored as JSON.
     units : str
-        Unit of length, "D0".
+        Unit of length, "D0" or "um".
+    flush : bool
+        Whether every frame reaches the disk at once, for runs that may be killed.
     """
 
     def __init__(
@@ -62,9 +65,11 @@ class OutlineWriter:
         parameters: Mapping[str, Any],
         *,
         units: str = "D0",
+        flush: bool = True,
     ) -> None:
         import gsd.hoomd
 
+        self._flush = flush
         self._obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
         # Written with the first frame only; readers take what a frame lacks from the first.
         self._constant = {
@@ -126,7 +131,8 @@ class OutlineWriter:
             **(self._constant if len(self._file) == 0 else {}),
         }
         self._file.append(frame)
-        self._file.flush()
+        if self._flush:
+            self._file.flush()
 
     def _add_particles(self, frame: Any, vertices: Floats, velocities: Floats) -> None:
         fixed = len(self._obstacles)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 __all__ = ["Outline", "OutlineLike", "OutlineWriter", "Outlines"]
 
 #: The unit of time that goes with each unit of length.
-TIME_UNITS = {"D0": "t0"}
+TIME_UNITS = {"D0": "t0", "um": "s"}
 
 #: Arc threshold of the neck [paper, sec. 3.3] where the parameters do not give it: a fraction of
 #: the current perimeter (the paper writes D0).

@@ -224,6 +224,14 @@ def magnitude_of(name: str, value: Physical, unit: str) -> float:
     return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
 
 
+def positive_magnitude_of(name: str, value: Physical, unit: str) -> float:
+    """Read a quantity as `magnitude_of` does, and refuse one that is not positive."""
+    magnitude = magnitude_of(name, value, unit)
+    if not magnitude > 0:
+        raise _wrong(name, value, _Quantity(name, unit, *KINDS[unit]), "a positive")
+    return magnitude
+
+
 def unit_factor(name: str, text: str, unit: str) -> float:
     """Return how many of one of `KINDS`' units a unit, such as "mm^2", is.
 

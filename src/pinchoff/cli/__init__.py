@@ -16,11 +16,13 @@ import typer
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
+from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.reproduce import reproduce
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
+from pinchoff.cli.video import video
 from pinchoff.cli.virtual import virtual
 from pinchoff.errors import PinchoffError
 
@@ -46,6 +48,8 @@ app.command()(fit)
 app.command()(virtual)
 app.command()(reproduce)
 app.command()(chamber)
+app.command()(film)
+app.command()(video)
 
 
 def _print_version(wanted: bool) -> None:

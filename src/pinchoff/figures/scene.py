@@ -50,6 +50,8 @@ class Scale(NamedTuple):
     @classmethod
     def of(cls, outlines: Outlines) -> Scale:
         """Return µm and ms where the parameters hold a physical scale, else D0 and t0."""
+        if outlines.units == "um":
+            return cls(1.0, "µm", 1e3, "ms")
         physical = outlines.parameters.get("scale")
         if physical is None:
             return cls(1.0, "$D_0$", 1.0, "$t_0$")

@@ -1,0 +1,131 @@
+"""``pinchoff film``: the collisions of a sweep as a microscope would show them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from pinchoff.cli.video import LABORATORY, flag_of
+from pinchoff.errors import InputError, SimulationError
+
+if TYPE_CHECKING:
+    from pinchoff.encounters import Laboratory
+    from pinchoff.microscope import Microscope, Passage
+
+_PHYSICAL = {
+    "obstacle_radius": "85 um",
+    "viscosity": "48 mPa s",
+    "surface_tension": "20 mN/m",
+    "thickness": "85 um",
+}
+
+
+def film(
+    sweep: Annotated[Path, typer.Argument(metavar="SWEEP", help="Folder of a sweep.")],
+    out: Annotated[Path, typer.Option(metavar="CLIP.mp4", help="The clip.")] = Path("clip.mp4"),
+    most: Annotated[
+        int, typer.Option("--most", metavar="NUMBER", help="Collisions to show, from the first.")
+    ] = 60,
+    look: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.toml", help="How it looks: settings of the microscope."),
+    ] = None,
+    obstacle_radius: Annotated[str, typer.Option(metavar="QUANTITY", help="R.")] = _PHYSICAL[
+        "obstacle_radius"
+    ],
+    viscosity: Annotated[str, typer.Option(metavar="QUANTITY", help="μ.")] = _PHYSICAL["viscosity"],
+    surface_tension: Annotated[str, typer.Option(metavar="QUANTITY", help="γ.")] = _PHYSICAL[
+        "surface_tension"
+    ],
+    thickness: Annotated[str, typer.Option(metavar="QUANTITY", help="z.")] = _PHYSICAL["thickness"],
+    angle: Annotated[
+        float, typer.Option(metavar="DEGREES", help="Direction of the flow, from x towards y.")
+    ] = 0.0,
+    seed: Annotated[int, typer.Option(metavar="NUMBER", help="Of noise and pauses.")] = 0,
+) -> None:
+    """Film the collisions of a sweep, with the truth beside the clip.
+
+    The runs of SWEEP are simulated again and pass obstacles in several lanes, drawn as the
+    paper's microscope shows them. CLIP.truth.parquet has every collision of the clip, measured on
+    the outlines that were drawn: with pinchoff video it shows what a measurement does to the truth.
+
+    [bold]Example[/bold]
+
+    pinchoff film phase-diagram --most 40 --out clip.mp4
+    """
+    import math
+
+    from pinchoff.microscope import film as write_film
+    from pinchoff.microscope import lane_scene
+    from pinchoff.progress import progress_bar
+
+    if most < 1:
+        raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
+    laboratory = _laboratory(
+        {
+            "obstacle_radius": obstacle_radius,
+            "viscosity": viscosity,
+            "surface_tension": surface_tension,
+            "thickness": thickness,
+        }
+    )
+    microscope = _microscope(look, seed)
+    passages = _passages(sweep, most, microscope, laboratory)
+    scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
+    with progress_bar(sys.stderr.isatty(), "film", frame_count, unit="frames") as show:
+        made = write_film(
+            scene,
+            out,
+            frame_count,
+            microscope=microscope,
+            laboratory=laboratory,
+            progress=None if show is None else lambda done, _: show(done),
+        )
+    print(f"{made.frame_count} frames, {len(made.collisions)} collisions")
+    print(f"wrote {made.clip}")
+    print(f"wrote {made.truth}")
+
+
+def _laboratory(texts: dict[str, str]) -> Laboratory:
+    from pinchoff.encounters import Laboratory
+    from pinchoff.physical import positive_magnitude_of
+
+    values = {}
+    for name, text in texts.items():
+        field, unit = LABORATORY[name]
+        values[field] = positive_magnitude_of(flag_of(name), text, unit)
+    return Laboratory(**values)
+
+
+def _microscope(look: Path | None, seed: int) -> Microscope:
+    from pinchoff.files import read_toml
+    from pinchoff.microscope import Microscope
+
+    table = {} if look is None else read_toml(look)
+    return Microscope(**{"seed": seed, **table})
+
+
+def _passages(
+    sweep: Path, most: int, microscope: Microscope, laboratory: Laboratory
+) -> list[Passage]:
+    from pinchoff.microscope import passage_of
+    from pinchoff.sweeps import SweepDesign
+    from pinchoff.sweeps.dataset import read_manifest
+
+    manifest = read_manifest(sweep)
+    if manifest is None:
+        got, advice = "something else", "give the folder that pinchoff sweep wrote"
+        raise InputError.of(str(sweep), "the folder of a sweep", got, advice)
+    design = SweepDesign.from_config(manifest["configuration"])
+    passages, failed = [], 0
+    for parameters in design.points(0, min(most, len(design))):
+        try:
+            passages.append(passage_of(parameters, microscope, laboratory))
+        except SimulationError:
+            failed += 1
+    if failed:
+        print(f"warning: guards stopped {failed} runs: they are left out", file=sys.stderr)
+    return passages

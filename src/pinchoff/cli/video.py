@@ -1,0 +1,204 @@
+"""``pinchoff video``: clips of a microscope to a table of collisions."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.parameters import OutFolder, value_of
+from pinchoff.errors import InputError
+
+if TYPE_CHECKING:
+    from pinchoff.video.batch import VideoResult
+    from pinchoff.video.settings import VideoSettings
+
+_EXPERIMENT = "Experiment, with units"
+_IMAGE = "Image"
+
+LABORATORY = {
+    "obstacle_radius": ("obstacle_radius_um", "um"),
+    "thickness": ("thickness_um", "um"),
+    "viscosity": ("viscosity_mPa_s", "mPa*s"),
+    "surface_tension": ("surface_tension_mN_m", "mN/m"),
+}
+"""What a camera does not see: field and unit of every quantity."""
+
+_LENGTHS = ("pixel_size", "minimum_diameter", "contact_distance")
+
+
+def _quantity(flag: str, meaning: str, example: str, panel: str = _EXPERIMENT) -> Any:
+    shown = f"{meaning}, as '{example}'."
+    return typer.Option(flag, metavar="QUANTITY", help=shown, rich_help_panel=panel)
+
+
+def video(
+    clips: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILES…", help="Videos, TIFF stacks, folders of either or images."),
+    ],
+    config: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="Settings from a TOML file.")
+    ] = None,
+    pixel_size: Annotated[
+        str | None, _quantity("--pixel-size", "Side of a pixel", "5.28 um")
+    ] = None,
+    fps: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="Frames a second, in place of the times in the file.",
+            rich_help_panel=_EXPERIMENT,
+        ),
+    ] = None,
+    obstacle_radius: Annotated[
+        str | None, _quantity("--obstacle-radius", "Obstacles, R", "85 um")
+    ] = None,
+    thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
+    viscosity: Annotated[str | None, _quantity("--viscosity", "Fluid, μ", "48 mPa s")] = None,
+    surface_tension: Annotated[
+        str | None, _quantity("--surface-tension", "Interface, γ", "20 mN/m")
+    ] = None,
+    minimum_diameter: Annotated[
+        str | None, _quantity("--minimum-diameter", "Smallest droplet", "60 um", _IMAGE)
+    ] = None,
+    contact_distance: Annotated[
+        str | None,
+        _quantity("--contact-distance", "Distance that counts as contact", "16 um", _IMAGE),
+    ] = None,
+    assignments: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="Any other setting, as edge_level=0.5; may be repeated.",
+            rich_help_panel=_IMAGE,
+        ),
+    ] = None,
+    out: OutFolder = "video",
+    overlay: Annotated[
+        bool, typer.Option("--overlay/--no-overlay", help="Write annotated clips.")
+    ] = True,
+    processes: Annotated[
+        int | None,
+        typer.Option(metavar="NUMBER", help="Clips measured at the same time; one a core."),
+    ] = None,
+) -> None:
+    r"""Measure droplets that meet obstacles in microscope videos.
+
+    DIR gets
+
+    - collisions.parquet: the collisions of all clips, the rejected ones with their reasons
+    - tracks.parquet, events.parquet: every droplet in every frame, break-ups, coalescences
+    - index.html, contact_sheet.png: counts, histograms, every collision before and after
+    - clips/NAME/: outlines.gsd, overlay.mp4, obstacles.toml and the tables of each clip
+
+    A second run measures only what is new or set otherwise. Correct the circles in a clip's
+    obstacles.toml and give the same command again.
+
+    [bold]Example[/bold]
+
+    pinchoff video clips/\*.mp4 --pixel-size 5.28um --fps 60 --obstacle-radius 85um
+    --thickness 85um --viscosity 48mPa.s --surface-tension 20mN/m --out measured
+    """
+    laboratory = {
+        "obstacle_radius": obstacle_radius,
+        "thickness": thickness,
+        "viscosity": viscosity,
+        "surface_tension": surface_tension,
+    }
+    lengths = {
+        "pixel_size": pixel_size,
+        "minimum_diameter": minimum_diameter,
+        "contact_distance": contact_distance,
+    }
+    settings = video_settings(config, lengths, laboratory, fps, assignments or [])
+    folder = results_folder(out)
+    prepare_folder(folder)
+    from pinchoff.report.video import write_report
+    from pinchoff.video.batch import measure_videos
+
+    try:
+        result = measure_videos(
+            clips,
+            folder,
+            settings,
+            overlay=overlay,
+            processes=processes,
+            progress=sys.stderr.isatty(),
+        )
+    except KeyboardInterrupt:
+        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
+        raise
+    written = write_report(result)
+    _announce(result, written)
+
+
+def video_settings(
+    config: Path | None,
+    lengths: Mapping[str, str | None],
+    laboratory: Mapping[str, str | None],
+    fps: str | None,
+    assignments: list[str],
+) -> VideoSettings:
+    """Return what a file and the command line say together; the command line overrides.
+
+    Raises
+    ------
+    InputError
+        A value is wrong, or the pixel's size is not given at all.
+    """
+    from pinchoff.files import read_toml
+    from pinchoff.physical import positive_magnitude_of
+    from pinchoff.video.settings import VideoSettings
+
+    table: dict[str, Any] = {} if config is None else read_toml(config)
+    given = dict(table.pop("laboratory", {}))
+    for name in _LENGTHS:
+        text = lengths.get(name)
+        if text is not None:
+            table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
+    for name, (field, unit) in LABORATORY.items():
+        text = laboratory.get(name)
+        if text is not None:
+            given[field] = positive_magnitude_of(flag_of(name), text, unit)
+    if fps is not None:
+        table["fps"] = value_of("--fps", fps)
+    for assignment in assignments:
+        name, equals, text = (part.strip() for part in assignment.partition("="))
+        if not (name and equals and text):
+            advice = "write it like edge_level=0.5"
+            raise InputError.of("--set", "NAME=VALUE", assignment, advice)
+        table[name] = value_of(f"--set {name}", text)
+    if "pixel_size_um" not in table:
+        rule, advice = "given", "write it like '5.28 um'"
+        raise InputError.of("--pixel-size", rule, "nothing", advice)
+    return VideoSettings(**table, laboratory=given)
+
+
+def flag_of(name: str) -> str:
+    """Return the option that gives a quantity."""
+    return "--" + name.replace("_", "-")
+
+
+def _announce(result: VideoResult, written: list[Path]) -> None:
+    for clip in result.clips:
+        if clip.error:
+            print(f"error: {clip.error}", file=sys.stderr)
+        elif clip.result.get("warning"):
+            print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
+    measured = [clip for clip in result.clips if not clip.error]
+    if not measured:
+        got = f"{len(result.clips)} that cannot be read"
+        raise InputError.of("FILES", "clips", got, "see the errors above")
+    reused = sum(clip.reused for clip in measured)
+    before = f", {reused} of them measured before" if reused else ""
+    accepted = int(result.collisions["accepted"].sum())
+    count = len(result.collisions)
+    print(f"{count} collisions, {accepted} accepted, in {len(measured)} clips{before}")
+    for path in (result.path / "collisions.parquet", *written):
+        print(f"wrote {path}")

@@ -1,0 +1,84 @@
+"""A contact sheet: every filmed collision before and after, side by side [paper, fig. intro]."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.files import written_aside
+
+Pixels = NDArray[np.uint8]
+
+MOST_PICTURES = 600
+"""Collisions on one sheet; of more, the first ones."""
+
+_COLUMNS = 4
+_LABEL_HEIGHT = 20  # pixels below each picture
+_GAP = 6
+
+
+class Picture(NamedTuple):
+    """A collision on the sheet.
+
+    Attributes
+    ----------
+    path : Path
+        Before and after, as one picture.
+    label : str
+        ASCII.
+    """
+
+    path: Path
+    label: str
+
+
+def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture]) -> int:
+    """Write a sheet of pictures, four collisions a row.
+
+    Parameters
+    ----------
+    path : path
+        The sheet, ``.png``; it appears when it is complete.
+    pictures : sequence of Picture
+        Those whose file is missing are left out.
+
+    Returns
+    -------
+    int
+        How many are on it.
+    """
+    tiles = []
+    for picture in pictures[:MOST_PICTURES]:
+        if picture.path.exists():
+            tile = cv2.imread(str(picture.path))
+            if tile is not None:
+                tiles.append(_labelled(tile, picture.label))
+    sheet = _joined(tiles) if tiles else _labelled(np.full((80, 320, 3), 255, np.uint8), "none")
+    with written_aside(Path(path)) as unfinished:
+        unfinished.write_bytes(cv2.imencode(".png", sheet)[1].tobytes())
+    return len(tiles)
+
+
+def _labelled(tile: Pixels, label: str) -> Pixels:
+    strip = np.full((_LABEL_HEIGHT, tile.shape[1], 3), 255, dtype=np.uint8)
+    place = (2, _LABEL_HEIGHT - 6)
+    cv2.putText(strip, label, place, cv2.FONT_HERSHEY_SIMPLEX, 0.38, (0, 0, 0), 1, cv2.LINE_AA)
+    return np.vstack([tile, strip])
+
+
+def _joined(tiles: Sequence[Pixels]) -> Pixels:
+    height = max(tile.shape[0] for tile in tiles) + _GAP
+    width = max(tile.shape[1] for tile in tiles) + _GAP
+    columns = min(_COLUMNS, len(tiles))
+    rows = -(-len(tiles) // columns)
+    sheet = np.full((rows * height + _GAP, columns * width + _GAP, 3), 255, dtype=np.uint8)
+    for k, tile in enumerate(tiles):
+        top, left = _GAP + k // columns * height, _GAP + k % columns * width
+        sheet[top : top + tile.shape[0], left : left + tile.shape[1]] = tile
+    return sheet

@@ -1,0 +1,103 @@
+"""Figures of a table of filmed collisions: histograms, and what happened when."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pinchoff.figures import style
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_BROKE, _UNBROKEN, _REJECTED = "#009e73", "#cc79a7", "#bbbbbb"
+_BINS = 20
+
+
+class _Quantity(NamedTuple):
+    label: str
+    values: NDArray[np.float64]
+
+
+def _quantities(table: pd.DataFrame) -> list[_Quantity]:
+    def column(name: str) -> NDArray[np.float64]:
+        return table[name].to_numpy(np.float64)
+
+    return [
+        _Quantity("D [µm]", np.sqrt(4.0 * column("area_um2") / math.pi)),
+        _Quantity("v [mm/s]", column("speed_mm_s")),
+        _Quantity("S", column("symmetry")),
+        _Quantity("Ca [10⁻³]", 1e3 * column("capillary_number")),
+    ]
+
+
+def histograms(table: pd.DataFrame) -> list[Axes]:
+    """Draw histograms of D, v, S and Ca of the accepted collisions, broken on unbroken.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Collisions.
+
+    Returns
+    -------
+    list of Axes
+        Four; what was never measured is said to be so.
+    """
+    table = table[table["accepted"].astype(bool)]
+    broke = table["broke"].fillna(False).to_numpy(bool)
+    with style.journal_style():
+        figure = Figure(figsize=(style.TWO_COLUMNS, 1.8), layout="constrained")
+        panels = list(figure.subplots(1, 4))
+        for panel, (label, values) in zip(panels, _quantities(table), strict=True):
+            measured = np.isfinite(values)
+            panel.set_xlabel(label)
+            if not measured.any():
+                panel.set(xticks=[], yticks=[])
+                panel.text(0.5, 0.5, "not measured", ha="center", transform=panel.transAxes)
+                continue
+            edges = np.histogram_bin_edges(values[measured], _BINS)
+            panel.hist(
+                [values[measured & broke], values[measured & ~broke]],
+                edges,
+                stacked=True,
+                color=[_BROKE, _UNBROKEN],
+                label=["broke", "did not"],
+            )
+        panels[0].set_ylabel("collisions")
+        panels[0].legend()
+    return panels
+
+
+def timeline(table: pd.DataFrame) -> Axes:
+    """Draw every collision as a stroke at its contact time, one line for each clip.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Collisions with the column ``clip``.
+    """
+    clips = list(dict.fromkeys(table["clip"]))
+    kinds = {"broke": _BROKE, "did not": _UNBROKEN, "rejected": _REJECTED}
+    accepted = table["accepted"].to_numpy(bool)
+    broke = table["broke"].fillna(False).to_numpy(bool)
+    chosen = {"broke": accepted & broke, "did not": accepted & ~broke, "rejected": ~accepted}
+    rows = np.array([clips.index(clip) for clip in table["clip"]], dtype=np.float64)
+    times = table["contact_time_s"].to_numpy(np.float64)
+    with style.journal_style():
+        height = 0.9 + 0.18 * max(1, len(clips))
+        figure = Figure(figsize=(style.TWO_COLUMNS, height), layout="constrained")
+        axes = figure.add_subplot()
+        for kind, colour in kinds.items():
+            mask = chosen[kind]
+            axes.vlines(times[mask], rows[mask] - 0.4, rows[mask] + 0.4, colour, lw=1, label=kind)
+        axes.set(xlabel="time of contact [s]", yticks=range(len(clips)), yticklabels=clips)
+        axes.invert_yaxis()
+        axes.margins(x=0.01)
+        axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))
+    return axes

@@ -1,0 +1,155 @@
+"""The empty chamber: what a clip shows where no droplet is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.video.reading import Frame
+
+Pixels = NDArray[np.uint8]
+Image = NDArray[np.float32]
+
+SAMPLE_SIZE = 32
+"""Frames, spread evenly over the clip, from which the background is taken."""
+
+_GRID = 16  # the lamp is compared on every 16th pixel of every 16th row
+_ILLUMINATION_SHARE = 0.12  # of the shorter side: how far the light is even
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """The empty chamber.
+
+    Attributes
+    ----------
+    luma : ndarray of float32, shape (height, width)
+    chroma : ndarray of float32, shape (2, height/2, width/2), or None
+    light : ndarray of float32, shape (height, width)
+        The light alone, 1 on average: the background without obstacles and dust.
+    noise : float
+        Standard deviation of one frame's brightness about it, grey levels.
+    """
+
+    luma: Image
+    chroma: Image | None
+    light: Image
+    noise: float
+
+    def lamp(self, luma: Pixels) -> float:
+        """Return how bright a frame is, relative to the background.
+
+        The median of the ratio on a grid, then the mean of what is within three of its
+        deviations: droplets, on less than half of the grid, do not count.
+        """
+        ratio = luma[::_GRID, ::_GRID] / np.maximum(self.luma[::_GRID, ::_GRID], 1.0)
+        middle = float(np.median(ratio))
+        off = np.abs(ratio - middle)
+        near = ratio[off <= 4.5 * max(float(np.median(off)), 1e-3)]
+        return float(near.mean()) if near.size else middle
+
+
+def sample(frames: Iterable[Frame]) -> tuple[list[Frame], int]:
+    """Return frames spread evenly over a clip of any length, and how many it has.
+
+    Every k-th is kept, and k doubles whenever there are twice as many as wanted, so that memory
+    stays bounded.
+    """
+    kept: list[Frame] = []
+    stride, count = 1, 0
+    for frame in frames:
+        if count % stride == 0:
+            kept.append(frame)
+            if len(kept) == 2 * SAMPLE_SIZE:
+                kept, stride = kept[::2], 2 * stride
+        count += 1
+    return kept, count
+
+
+def median_background(frames: Sequence[Frame]) -> Background:
+    """Return the median of frames, pixel by pixel.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+        One or more of one size.
+    """
+    lumas = np.stack([frame.luma for frame in frames])
+    luma = np.median(lumas, axis=0).astype(np.float32)
+    first = frames[0].chroma
+    chroma = None
+    if first is not None:
+        chroma = np.median(np.stack([_chroma(f) for f in frames]), axis=0).astype(np.float32)
+    return _background(luma, chroma, _noise(lumas, luma))
+
+
+def masked_background(
+    frames: Sequence[Frame], droplets: Sequence[Pixels], before: Background
+) -> Background:
+    """Return the mean of frames where no droplet is; what is never free stays as it was.
+
+    The median leans towards the droplets where they often pass; this mean does not.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+    droplets : sequence of ndarray of uint8, shape (height, width)
+        Not zero where a droplet is, or near it.
+    before : Background
+    """
+    luma = _masked_mean(
+        [(frame.luma / before.lamp(frame.luma)).astype(np.float32) for frame in frames],
+        droplets,
+        before.luma,
+    )
+    chroma = before.chroma
+    if chroma is not None:
+        size = (chroma.shape[2], chroma.shape[1])
+        halves = [cv2.resize(mask, size, interpolation=cv2.INTER_AREA) for mask in droplets]
+        planes = [
+            _masked_mean([_chroma(f)[k].astype(np.float32) for f in frames], halves, chroma[k])
+            for k in (0, 1)
+        ]
+        chroma = np.stack(planes)
+    return _background(luma, chroma, before.noise)
+
+
+def _chroma(frame: Frame) -> Pixels:
+    assert frame.chroma is not None  # all frames of a clip have colour, or none has
+    return frame.chroma
+
+
+def _masked_mean(images: Sequence[Image], masks: Sequence[Pixels], fallback: Image) -> Image:
+    total, count = np.zeros_like(fallback), np.zeros_like(fallback)
+    for image, mask in zip(images, masks, strict=True):
+        free = cv2.compare(mask, 0, cv2.CMP_EQ)
+        cv2.accumulate(np.ascontiguousarray(image), total, mask=free)
+        count += free > 0
+    enough = count >= 3
+    mean: Image = np.where(enough, total / np.maximum(count, 1.0), fallback)
+    return mean
+
+
+def _background(luma: Image, chroma: Image | None, noise: float) -> Background:
+    height, width = luma.shape
+    reach = max(1, int(_ILLUMINATION_SHARE * min(height, width) / 4)) | 1
+    small = cv2.resize(
+        luma, (max(1, width // 4), max(1, height // 4)), interpolation=cv2.INTER_AREA
+    )
+    # Obstacles and dust are dark and small: closing fills them, smoothing takes the steps away.
+    closed = cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((reach, reach), np.uint8))
+    smooth = cv2.GaussianBlur(closed, (0, 0), reach / 2.0)
+    light = cv2.resize(smooth, (width, height), interpolation=cv2.INTER_LINEAR)
+    return Background(luma, chroma, light / max(float(light.mean()), 1.0), noise)
+
+
+def _noise(lumas: Pixels, luma: Image) -> float:
+    if len(lumas) < 2:
+        blurred = cv2.GaussianBlur(luma, (0, 0), 1.0)
+        return max(1.0, float(1.6 * np.median(np.abs(luma - blurred))))
+    off = np.abs(lumas[:, ::_GRID, ::_GRID] - luma[::_GRID, ::_GRID])
+    return max(1.0, float(1.4826 * np.median(off)))

@@ -1,0 +1,270 @@
+"""The folder of one measured clip: tables, outlines, pictures, and the obstacles as a file."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+from numpy.typing import NDArray
+
+from pinchoff.errors import InputError
+from pinchoff.files import read_toml, written_aside
+from pinchoff.gsd_file import OutlineWriter
+from pinchoff.video.clips import Measured
+from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
+from pinchoff.video.reading import DEFAULT_FPS
+from pinchoff.video.settings import VideoSettings
+
+Floats = NDArray[np.float64]
+
+RESULT = "clip.json"
+COLLISIONS = "collisions.parquet"
+TRACKS = "tracks.parquet"
+EVENTS = "events.parquet"
+OUTLINES = "outlines.gsd"
+OVERLAY = "overlay.mp4"
+OBSTACLES = "obstacles.toml"
+OBSTACLES_AS_FOUND = ".obstacles-as-found.toml"  # tells whether a user has corrected the other
+THUMBNAILS = "collisions"
+
+MOST_VERTICES = 96
+"""Of an outline in `OUTLINES`; everything is measured on all of its points."""
+
+_ROWS_HELD = 20_000
+
+TRACK_FIELDS = (
+    ("clip", pa.string(), "", "name of the clip"),
+    ("frame", pa.int64(), "1", "number of the frame, from 0"),
+    ("time_s", pa.float64(), "s", "when it is shown"),
+    ("track_id", pa.int64(), "1", "the droplet"),
+    ("x_um", pa.float64(), "µm", "centre of mass; origin top left, x right"),
+    ("y_um", pa.float64(), "µm", "centre of mass; origin top left, y down"),
+    ("area_um2", pa.float64(), "µm²", "area"),
+    ("cut", pa.bool_(), "", "whether the frame's edge cuts the droplet"),
+    ("touching", pa.bool_(), "", "whether it touches another droplet"),
+)
+EVENT_FIELDS = (
+    ("clip", pa.string(), "", "name of the clip"),
+    ("frame", pa.int64(), "1", "first frame after the event"),
+    ("kind", pa.string(), "", "entry, exit, break-up, coalescence, found or lost"),
+    ("parents", pa.list_(pa.int64()), "1", "tracks that end"),
+    ("children", pa.list_(pa.int64()), "1", "tracks that begin"),
+)
+
+
+def schema_of(fields: Sequence[tuple[str, Any, str, str]]) -> pa.Schema:
+    """Return a schema whose fields carry their unit and meaning."""
+    return pa.schema(
+        [
+            pa.field(name, kind, metadata={"unit": unit, "meaning": meaning})
+            for name, kind, unit, meaning in fields
+        ]
+    )
+
+
+class RowWriter:
+    """Write rows to a Parquet file as they come; few are held at a time.
+
+    Parameters
+    ----------
+    path : Path
+    schema : Schema
+    """
+
+    def __init__(self, path: Path, schema: pa.Schema) -> None:
+        self._aside = written_aside(path)
+        self._writer = pq.ParquetWriter(self._aside.__enter__(), schema)
+        self._schema = schema
+        self._rows: list[tuple[Any, ...]] = []
+
+    def append(self, row: tuple[Any, ...]) -> None:
+        """Add one row, a value for every field."""
+        self._rows.append(row)
+        if len(self._rows) >= _ROWS_HELD:
+            self._flush()
+
+    def close(self, *, whole: bool) -> None:
+        """Finish the file, or remove it where it is not whole."""
+        try:
+            self._flush()
+            self._writer.close()
+        finally:
+            problem = None if whole else InterruptedError
+            self._aside.__exit__(problem, problem and problem(), None)
+
+    def _flush(self) -> None:
+        columns: list[Sequence[Any]] = list(zip(*self._rows, strict=True))
+        columns = columns or [[] for _ in self._schema]
+        arrays = [pa.array(c, f.type) for c, f in zip(columns, self._schema, strict=True)]
+        self._writer.write_table(pa.table(arrays, schema=self._schema))
+        self._rows.clear()
+
+
+class ClipRecorder:
+    """Write what is measured in a clip to its folder, frame by frame.
+
+    Parameters
+    ----------
+    folder : Path
+    clip : str
+        Name of the clip in the tables.
+    settings : VideoSettings
+    obstacles : ndarray, shape (M, 3)
+        Pixels.
+    overlay : bool
+        Whether to write an annotated clip too.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        clip: str,
+        settings: VideoSettings,
+        obstacles: Floats,
+        overlay: bool,
+    ) -> None:
+        self._folder, self._clip, self._px = folder, clip, settings.pixel_size_um
+        self._tracks = RowWriter(folder / TRACKS, schema_of(TRACK_FIELDS))
+        self._events = RowWriter(folder / EVENTS, schema_of(EVENT_FIELDS))
+        self._outlines = _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
+        fps = settings.fps or DEFAULT_FPS
+        self._overlay = OverlayWriter(folder / OVERLAY, obstacles, fps) if overlay else None
+        self._thumbnails = ThumbnailTaker(obstacles)
+        self._pictures = folder / THUMBNAILS
+        self._pictures.mkdir(exist_ok=True)
+
+    def close(self, *, whole: bool) -> None:
+        """Finish the files, or remove them where they are not whole."""
+        for file in (self._tracks, self._events, self._outlines, self._overlay):
+            if file is not None:
+                file.close(whole=whole)
+
+    def append(self, seen: Measured) -> None:
+        """Write one frame."""
+        px, frame = self._px, seen.frame
+        for each, track in zip(seen.droplets, seen.tracks, strict=True):
+            place = (each.x * px, each.y * px, each.area * px**2, each.cut, each.group >= 0)
+            self._tracks.append((self._clip, frame.number, frame.time_s, track, *place))
+        for event in seen.events:
+            ends = (list(event.parents), list(event.children))
+            self._events.append((self._clip, event.frame, event.kind, *ends))
+        self._outlines.append(seen, px)
+        for thumbnail in self._thumbnails.look(seen):
+            self._write(thumbnail)
+        if self._overlay is not None:
+            self._overlay.append(seen)
+
+    def _write(self, thumbnail: Thumbnail) -> None:
+        name = thumbnail_name(thumbnail.contact_frame, thumbnail.track_id, thumbnail.obstacle_id)
+        pixels = cv2.cvtColor(thumbnail.pixels, cv2.COLOR_RGB2BGR)
+        _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 85])
+        (self._pictures / name).write_bytes(data.tobytes())
+
+
+def thumbnail_name(contact_frame: int, track_id: int, obstacle_id: int) -> str:
+    """Return the name of the picture of a collision."""
+    return f"frame{contact_frame:06d}-track{track_id}-obstacle{obstacle_id}.jpg"
+
+
+class _OutlineFile:
+    """Outlines of every frame with a droplet, µm and seconds, y down."""
+
+    def __init__(self, path: Path, obstacles: Floats, settings: VideoSettings) -> None:
+        self._aside = written_aside(path)
+        parameters = {"pixel_size_um": settings.pixel_size_um, "y_axis": "down"}
+        self._writer = OutlineWriter(
+            self._aside.__enter__(), obstacles, parameters, units="um", flush=False
+        )
+        self._empty = True
+
+    def append(self, seen: Measured, px: float) -> None:
+        if not seen.droplets and not self._empty:
+            return
+        self._empty = False
+        outlines = []
+        for each, track in zip(seen.droplets, seen.tracks, strict=True):
+            vertices = _thinned(each.outline) * px
+            outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
+        self._writer.append(seen.frame.time_s, outlines)
+
+    def close(self, *, whole: bool) -> None:
+        self._writer.close()
+        problem = None if whole else InterruptedError
+        self._aside.__exit__(problem, problem and problem(), None)
+
+
+def _thinned(outline: Floats) -> Floats:
+    """Return no more than `MOST_VERTICES` of an outline's points: enough to look at."""
+    every = -(-len(outline) // MOST_VERTICES)
+    return outline[::every]
+
+
+def write_obstacles(folder: Path, obstacles: Floats) -> None:
+    """Write circles as TOML that a user can correct."""
+    lines = [
+        "# Obstacles of this clip in pixels; the origin is the centre of the top left pixel,",
+        "# y points down. Correct, add or remove lines and give the same command again.",
+        "obstacles = [",
+        *(f"  [{x:.3f}, {y:.3f}, {radius:.3f}]," for x, y, radius in obstacles),
+        "]",
+        "",
+    ]
+    for name in (OBSTACLES_AS_FOUND, OBSTACLES):
+        with written_aside(folder / name) as unfinished:
+            unfinished.write_text("\n".join(lines), encoding="utf-8")
+
+
+def read_obstacles(path: Path) -> tuple[tuple[float, float, float], ...]:
+    """Read circles that `write_obstacles` wrote and a user may have corrected.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or does not hold a list of x, y and radius.
+    """
+    circles = read_toml(path).get("obstacles")
+    advice = "write it as obstacles = [[x, y, radius], …], in pixels"
+    try:
+        values = np.array(circles, dtype=np.float64).reshape(-1, 3)
+    except (TypeError, ValueError):
+        values = np.full((1, 3), math.nan)
+    if circles is None or not np.all(np.isfinite(values)) or np.any(values[:, 2] <= 0.0):
+        rule = "a list of centres and positive radii"
+        raise InputError.of(f"{path}: obstacles", rule, circles, advice)
+    return tuple((x, y, radius) for x, y, radius in values.tolist())
+
+
+def fingerprint(source: Path, settings: VideoSettings) -> str:
+    """Return what changes when a clip, or how it is measured, changes."""
+    from pinchoff import __version__
+
+    files = sorted(source.iterdir()) if source.is_dir() else [source]
+    stats = [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
+    said = json.dumps([__version__, settings.model_dump(mode="json"), stats], sort_keys=True)
+    return hashlib.sha256(said.encode()).hexdigest()
+
+
+def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
+    """Return what `RESULT` holds, if the clip was measured whole and just so."""
+    try:
+        result: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    files = (COLLISIONS, TRACKS, EVENTS)
+    there = all((folder / name).exists() for name in files)
+    return result if there and result.get("fingerprint") == mark else None
+
+
+def write_result(folder: Path, result: dict[str, Any]) -> None:
+    """Write `RESULT`, the last of a clip's files: it says that the others are whole."""
+    with written_aside(folder / RESULT) as unfinished:
+        text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
+        unfinished.write_text(text + "\n", encoding="utf-8")

@@ -1,0 +1,139 @@
+"""One clip from its first frame to its collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.encounters import Encounter
+from pinchoff.video.background import sample
+from pinchoff.video.collisions import CollisionFinder, NeckSeen
+from pinchoff.video.levels import Calibrated, calibrate
+from pinchoff.video.obstacles import find_obstacles
+from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.segmentation import Droplet, Segmenter
+from pinchoff.video.settings import VideoSettings
+from pinchoff.video.tracking import Event, Tracker
+
+Floats = NDArray[np.float64]
+
+
+class Measured(NamedTuple):
+    """What was seen in one frame.
+
+    Attributes
+    ----------
+    frame : Frame
+    droplets : list of Droplet
+    tracks : list of int
+        The track of each droplet.
+    events : list of Event
+        Between the frame before and this one.
+    necks : list of NeckSeen
+        Of the droplets in contact.
+    met : list of (int, int)
+        Track and obstacle of the collisions that begin here.
+    over : list of Encounter
+        The collisions that are over.
+    """
+
+    frame: Frame
+    droplets: list[Droplet]
+    tracks: list[int]
+    events: list[Event]
+    necks: list[NeckSeen]
+    met: list[tuple[int, int]]
+    over: list[Encounter]
+
+
+@dataclass(frozen=True, eq=False)
+class ClipResult:
+    """What came of a clip.
+
+    Attributes
+    ----------
+    encounters : list of Encounter
+        In the order of their contacts.
+    obstacles : ndarray, shape (M, 3)
+        Centre x, y and radius, pixels.
+    calibrated : Calibrated
+        Background and thresholds.
+    frame_count, track_count : int
+    duration_s : float
+        Time of the last frame.
+    warning : str
+        What was wrong with the file; empty if nothing was.
+    """
+
+    encounters: list[Encounter]
+    obstacles: Floats
+    calibrated: Calibrated
+    frame_count: int
+    track_count: int
+    duration_s: float
+    warning: str
+
+
+def measure_clip(
+    path: Path,
+    settings: VideoSettings,
+    begin: Callable[[Calibrated, Floats], Callable[[Measured], object]] | None = None,
+) -> ClipResult:
+    """Find the collisions of one clip.
+
+    The clip is read twice: a sample for the background and the thresholds, then every frame. Of
+    the frames one is held at a time, whatever their number.
+
+    Parameters
+    ----------
+    path : Path
+    settings : VideoSettings
+    begin : callable, optional
+        Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
+        what it returns is called with every frame that is measured.
+
+    Raises
+    ------
+    InputError
+        The clip cannot be read.
+    """
+    clip = Clip(path, settings.fps)
+    frames, _ = sample(clip.frames(sparse=True))
+    calibrated = calibrate(frames, settings)
+    del frames
+    obstacles = clip_obstacles(calibrated, settings)
+    on_frame = None if begin is None else begin(calibrated, obstacles)
+    segmenter = Segmenter(calibrated.background, calibrated.levels)
+    tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
+    encounters: list[Encounter] = []
+    count, duration = 0, 0.0
+    for frame in clip.frames():
+        droplets = tracker.resolved(frame.number, segmenter.droplets(frame))
+        tracks, events = tracker.step(frame.number, droplets)
+        over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
+        if on_frame is not None:
+            on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
+        encounters += over
+        count, duration = count + 1, frame.time_s
+    encounters += finder.finish()
+    encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
+    return ClipResult(
+        encounters, obstacles, calibrated, count, tracker.count, duration, clip.warning
+    )
+
+
+def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:
+    """Return the obstacles that the settings give, or else those in the background."""
+    if settings.obstacles is not None:
+        return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
+    radius = settings.laboratory.obstacle_radius_um
+    radius_px = None if radius is None else radius / settings.pixel_size_um
+    found = find_obstacles(calibrated.background, radius_px)
+    if radius_px is not None:
+        found[:, 2] = radius_px  # known better than the blurred edge shows it
+    return found

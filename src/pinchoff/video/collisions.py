@@ -1,0 +1,280 @@
+"""Collisions: droplets that meet obstacles, followed from contact to what came of it."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.encounters import RELEASE, Encounter, gap_to_circle, thinnest_neck
+from pinchoff.video.segmentation import Droplet
+from pinchoff.video.settings import VideoSettings
+from pinchoff.video.tracking import Event
+
+Floats = NDArray[np.float64]
+
+TOUCHING = "touching another droplet"
+COALESCENCE = "coalescence"
+CUT_BY_FRAME = "cut by the frame"
+LOST = "lost track"
+MANY_DAUGHTERS = "more than two daughters in one frame"
+CLIP_ENDED = "the clip ends during the collision"
+NO_APPROACH = "no approach: in contact when first seen"
+
+_FEWEST_FRAMES = 3  # that a velocity is fitted to
+
+
+class _Place(NamedTuple):
+    time_s: float
+    x: float
+    y: float
+
+
+@dataclass
+class _Meeting:
+    """A collision that goes on; pixels."""
+
+    obstacle: int
+    contact: int
+    time_s: float
+    outline: Floats
+    velocity: tuple[float, float]
+    reasons: list[str] = field(default_factory=list)
+    neck: float = math.nan
+    last_neck: float = math.nan
+    shape: float = 1.0
+    end: int = 0
+
+    def rejected(self, reason: str) -> None:
+        if reason not in self.reasons:
+            self.reasons.append(reason)
+
+
+@dataclass
+class _Follower:
+    """What is remembered of one track."""
+
+    places: deque[_Place]
+    passed: set[int] = field(default_factory=set)  # obstacles at which it, or its mother, has been
+    meetings: list[_Meeting] = field(default_factory=list)
+    area: float = math.nan
+
+
+class NeckSeen(NamedTuple):
+    """A neck in one frame: its ends, pixels."""
+
+    track: int
+    ends: Floats
+
+
+class CollisionFinder:
+    """Find the collisions of a clip while its frames go by.
+
+    Parameters
+    ----------
+    settings : VideoSettings
+    obstacles : ndarray, shape (M, 3)
+        Centre x, y and radius, pixels.
+
+    Attributes
+    ----------
+    necks : list of NeckSeen
+        Of the droplets in contact in the last frame.
+    met : list of (int, int)
+        Track and obstacle of the collisions that began in the last frame.
+    """
+
+    def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
+        self._settings, self._obstacles = settings, obstacles
+        self._tracks: dict[int, _Follower] = {}
+        self._first_frame: int | None = None
+        self.necks: list[NeckSeen] = []
+        self.met: list[tuple[int, int]] = []
+
+    def step(
+        self,
+        frame: int,
+        time_s: float,
+        droplets: Sequence[Droplet],
+        numbers: Sequence[int],
+        events: Sequence[Event],
+    ) -> list[Encounter]:
+        """Take one frame and return the collisions that are over.
+
+        Parameters
+        ----------
+        frame : int
+        time_s : float
+        droplets : sequence of Droplet
+        numbers : sequence of int
+            Their tracks.
+        events : sequence of Event
+            What happened between the last frame and this one.
+        """
+        self._first_frame = frame if self._first_frame is None else self._first_frame
+        by_track = dict(zip(numbers, droplets, strict=True))
+        over: list[Encounter] = []
+        for event in events:
+            over += self._ended(event, time_s, by_track)
+        self.necks, self.met = [], []
+        for number, droplet in by_track.items():
+            follower = self._tracks.get(number)
+            if follower is None:
+                length = self._settings.velocity_frames
+                follower = self._tracks[number] = _Follower(deque(maxlen=length))
+            follower.places.append(_Place(time_s, droplet.x, droplet.y))
+            follower.area = droplet.area
+            over += self._looked_at(number, follower, frame, droplet)
+        return over
+
+    def finish(self) -> list[Encounter]:
+        """Return the collisions that the clip's end cut short."""
+        over = []
+        for number, follower in self._tracks.items():
+            for meeting in follower.meetings:
+                meeting.rejected(CLIP_ENDED)
+                over.append(self._encounter(number, meeting, "captured"))
+        self._tracks.clear()
+        return over
+
+    def _ended(self, event: Event, time_s: float, by_track: dict[int, Droplet]) -> list[Encounter]:
+        over = []
+        children = [by_track[number] for number in event.children]
+        for parent in event.parents:
+            follower = self._tracks.pop(parent, None)
+            if follower is None:
+                continue
+            for meeting in follower.meetings:
+                over.append(self._outcome(parent, meeting, event, time_s, children))
+            if event.kind == "break-up":
+                for child in event.children:
+                    born = _Follower(deque(maxlen=self._settings.velocity_frames))
+                    # Daughters have not met the obstacle at which their mother broke.
+                    born.passed = {meeting.obstacle for meeting in follower.meetings}
+                    self._tracks[child] = born
+        return over
+
+    def _outcome(
+        self,
+        parent: int,
+        meeting: _Meeting,
+        event: Event,
+        time_s: float,
+        children: Sequence[Droplet],
+    ) -> Encounter:
+        if event.kind == "break-up":
+            if len(children) > 2:
+                meeting.rejected(MANY_DAUGHTERS)
+            if any(child.cut for child in children):
+                meeting.rejected(CUT_BY_FRAME)
+            areas = sorted(child.area for child in children)[-2:]
+            return self._encounter(parent, meeting, "broke", event.frame, time_s, areas)
+        reasons = {"coalescence": COALESCENCE, "exit": CUT_BY_FRAME}
+        meeting.rejected(reasons.get(event.kind, LOST))
+        return self._encounter(parent, meeting, "captured")
+
+    def _looked_at(
+        self, number: int, follower: _Follower, frame: int, droplet: Droplet
+    ) -> list[Encounter]:
+        reach = np.hypot(*(droplet.outline - (droplet.x, droplet.y)).T).max()
+        distances = np.hypot(*(self._obstacles[:, :2] - (droplet.x, droplet.y)).T)
+        near = np.flatnonzero(
+            distances - self._obstacles[:, 2] - reach <= RELEASE * self._obstacles[:, 2]
+        )
+        contact_distance = self._settings.contact_distance_um / self._settings.pixel_size_um
+        open_ones = {meeting.obstacle: meeting for meeting in follower.meetings}
+        for obstacle in near.tolist():
+            gap = gap_to_circle(droplet.outline, self._obstacles[obstacle])
+            if obstacle in open_ones:
+                if gap > RELEASE * self._obstacles[obstacle, 2]:
+                    continue  # over
+                self._go_on(number, open_ones.pop(obstacle), frame, droplet)
+            elif gap <= contact_distance and obstacle not in follower.passed:
+                follower.passed.add(obstacle)
+                meeting = self._met(follower, obstacle, frame, droplet)
+                follower.meetings.append(meeting)
+                self.met.append((number, obstacle))
+                self._go_on(number, meeting, frame, droplet)
+        # What is still among the open ones has left its obstacle behind.
+        for meeting in open_ones.values():
+            follower.meetings.remove(meeting)
+        return [self._encounter(number, meeting, "slipped") for meeting in open_ones.values()]
+
+    def _met(self, follower: _Follower, obstacle: int, frame: int, droplet: Droplet) -> _Meeting:
+        places = follower.places
+        meeting = _Meeting(
+            obstacle, frame, places[-1].time_s, droplet.outline, contact_velocity(places)
+        )
+        if len(places) < _FEWEST_FRAMES:
+            meeting.rejected(NO_APPROACH)
+        return meeting
+
+    def _go_on(self, number: int, meeting: _Meeting, frame: int, droplet: Droplet) -> None:
+        meeting.end = frame
+        if droplet.group >= 0:
+            meeting.rejected(TOUCHING)
+        if droplet.cut:
+            meeting.rejected(CUT_BY_FRAME)
+        meeting.shape = max(meeting.shape, _core.shape_parameter(droplet.outline))
+        thickness, i, j = thinnest_neck(droplet.outline)
+        meeting.last_neck = thickness if math.isfinite(thickness) else math.nan
+        meeting.neck = float(np.fmin(meeting.neck, meeting.last_neck))
+        if math.isfinite(thickness):
+            self.necks.append(NeckSeen(number, droplet.outline[[i, j]]))
+
+    def _encounter(
+        self,
+        track: int,
+        meeting: _Meeting,
+        outcome: str,
+        breakup_frame: float = math.nan,
+        breakup_time_s: float = math.nan,
+        areas: Sequence[float] = (math.nan, math.nan),
+    ) -> Encounter:
+        px = self._settings.pixel_size_um
+        x, y, radius = (self._obstacles[meeting.obstacle] * px).tolist()
+        return Encounter(
+            obstacle=(x, y, radius),
+            outline=meeting.outline * px,
+            velocity=(meeting.velocity[0] * px * 1e-3, meeting.velocity[1] * px * 1e-3),
+            contact_frame=meeting.contact,
+            end_frame=meeting.end,
+            contact_time_s=meeting.time_s,
+            outcome=outcome,
+            breakup_frame=breakup_frame,
+            breakup_time_s=breakup_time_s,
+            daughter_areas=(areas[0] * px**2, areas[1] * px**2),
+            neck=meeting.neck * px,
+            breakup_neck=meeting.last_neck * px if outcome == "broke" else math.nan,
+            maximum_shape_parameter=meeting.shape,
+            reject_reason="; ".join(meeting.reasons),
+            track_id=track,
+            obstacle_id=meeting.obstacle,
+        )
+
+
+def contact_velocity(places: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
+    """Return the velocity at the last of several places, pixels a second.
+
+    A parabola in time through all of them, by least squares: droplets slow down as they approach.
+    With three places or fewer a straight line; with one, NaN.
+
+    Parameters
+    ----------
+    places : sequence of (time in s, x, y)
+    """
+    times = np.array([place[0] for place in places])
+    if len(times) < 2:
+        return math.nan, math.nan
+    since = times - times[-1]
+    powers = np.vander(since, 3 if len(times) > _FEWEST_FRAMES else 2, increasing=True)
+    where = np.array([place[1:] for place in places])
+    fit, *_ = np.linalg.lstsq(powers, where, rcond=None)
+    vx, vy = fit[1].tolist()
+    return vx, vy

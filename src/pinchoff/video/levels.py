@@ -1,0 +1,218 @@
+"""Thresholds that follow from the image.
+
+The ring is the darkest part of the droplets. The outline lies where the brightness across it,
+averaged along the outlines of the sample, changes fastest: blur, which lightens a thin ring,
+does not move that place. The interior's colour is that of the regions that dark rings enclose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.errors import InputError
+from pinchoff.video.background import Background, masked_background, median_background
+from pinchoff.video.reading import Frame
+from pinchoff.video.segmentation import Levels, Segmenter
+from pinchoff.video.settings import VideoSettings
+
+Floats = NDArray[np.float64]
+Pixels = NDArray[np.uint8]
+
+_FIRST_EDGE = 0.5  # of the ring's darkness, before the profile is known
+_RING_QUANTILE = 0.98  # of what is clearly darker than the fluid
+_CLEARLY = 6.0  # standard deviations of the noise
+_MARGIN_PX = 4  # round droplets, where the background is not learned
+_PROFILE_STEP = 0.25  # pixels
+_PROFILE = np.arange(-12.0, 3.0 + 1e-9, _PROFILE_STEP)  # across outlines, outwards, pixels
+_NEAR_PX = 1.5  # of the outline, where the profile's steepest place is looked for
+_LEAST_COLOUR = 0.04  # of the ring's darkness: a paler interior is told by its ring alone
+
+
+class Calibrated(NamedTuple):
+    """What a clip is measured with."""
+
+    background: Background
+    levels: Levels
+
+
+def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
+    """Learn the background and the thresholds of a clip from a sample of its frames.
+
+    Parameters
+    ----------
+    frames : sequence of Frame
+    settings : VideoSettings
+        What they say is taken as it is.
+    """
+    background = median_background(frames)
+    levels = Levels(
+        ring=_ring(frames, background),
+        edge=settings.edge_level or _FIRST_EDGE,
+        colour=np.zeros(3),
+        interior=settings.interior_level,
+        minimum_area=settings.minimum_area_px,
+    )
+    for _ in range(2):
+        levels = replace(levels, colour=_colour(frames, background, levels, settings))
+        segmenter = Segmenter(background, levels)
+        found = [segmenter.droplets(frame) for frame in frames]
+        masks = [
+            _near([d.outline for d in each], frame.luma.shape)
+            for each, frame in zip(found, frames, strict=True)
+        ]
+        if len(frames) > 2:
+            background = masked_background(frames, masks, background)
+        outlines = [[d.outline for d in each if not d.cut and d.group < 0] for each in found]
+        profile = _profile(frames, outlines, Segmenter(background, levels), background)
+        if profile is not None:
+            if settings.edge_level is None:
+                levels = replace(levels, edge=_level_of_steepest(profile, levels))
+            levels = replace(levels, ring_width=_ring_width(profile, levels))
+    return Calibrated(background, levels)
+
+
+def _ring(frames: Sequence[Frame], background: Background) -> float:
+    """Return how much darker than the fluid the droplets' rings are, at average light."""
+    values = []
+    for frame in frames:
+        dark = background.luma * background.lamp(frame.luma) - frame.luma
+        dark = cv2.GaussianBlur(dark, (3, 3), 0.7) / background.light
+        values.append(dark[dark > _CLEARLY * background.noise])
+    everything = np.concatenate(values)
+    if everything.size < 20:
+        return 255.0  # nothing is darker than the fluid: there are no droplets
+    return float(np.quantile(everything, _RING_QUANTILE))
+
+
+def _colour(
+    frames: Sequence[Frame], background: Background, levels: Levels, settings: VideoSettings
+) -> Floats:
+    """Return how the interior differs from the fluid: brightness, blue and red difference."""
+    if settings.interior is not None:
+        pixel = np.array([[settings.interior]], dtype=np.float32) / 255.0
+        yuv = cv2.cvtColor(pixel, cv2.COLOR_RGB2YUV)[0, 0] * 255.0
+        fluid = float(np.median(background.luma))
+        return np.array(
+            [
+                yuv[0] - fluid,
+                yuv[1] - 128.0 - _tint(background, 0),
+                yuv[2] - 128.0 - _tint(background, 1),
+            ]
+        )
+    if settings.clicks:
+        return _clicked(frames, background, settings)
+    segmenter = Segmenter(background, replace(levels, colour=np.zeros(3)))
+    seen, weights = [], []
+    for frame in frames:
+        for droplet in segmenter.droplets(frame):
+            inner = _core_of(droplet.outline, frame.luma.shape)
+            if inner is not None:
+                seen.append(_contrast(frame, background, inner))
+                weights.append(droplet.area)
+    if not seen:
+        return np.zeros(3)
+    colour: Floats = np.median(np.array(seen), axis=0)
+    return colour if np.linalg.norm(colour) > _LEAST_COLOUR * levels.ring else np.zeros(3)
+
+
+def _tint(background: Background, plane: int) -> float:
+    return 0.0 if background.chroma is None else float(np.median(background.chroma[plane])) - 128.0
+
+
+def _clicked(frames: Sequence[Frame], background: Background, settings: VideoSettings) -> Floats:
+    seen = []
+    for number, x, y in settings.clicks:
+        frame = min(frames, key=lambda each: abs(each.number - number))
+        mask = np.zeros(frame.luma.shape, dtype=np.uint8)
+        cv2.circle(mask, (round(x), round(y)), 2, 255, cv2.FILLED)
+        if not mask.any():
+            got, advice = f"({x:g}, {y:g})", "give pixels within droplets"
+            raise InputError.of("clicks", "inside the frame", got, advice)
+        seen.append(_contrast(frame, background, mask))
+    clicked: Floats = np.median(np.array(seen), axis=0)
+    return clicked
+
+
+def _core_of(outline: Floats, shape: tuple[int, ...]) -> Pixels | None:
+    """Return a mask of the middle of a droplet, away from its ring."""
+    mask = np.zeros(shape[:2], dtype=np.uint8)
+    cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 255)
+    depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
+    deepest = float(depth.max())
+    return cv2.compare(depth, 0.7 * deepest, cv2.CMP_GT) if deepest > 3.0 else None
+
+
+def _contrast(frame: Frame, background: Background, mask: Pixels) -> Floats:
+    light = cv2.mean(background.light, mask)[0]
+    lamp = background.lamp(frame.luma)
+    seen = np.zeros(3)
+    seen[0] = (cv2.mean(frame.luma, mask)[0] / lamp - cv2.mean(background.luma, mask)[0]) / light
+    if frame.chroma is not None and background.chroma is not None:
+        half = mask[::2, ::2].copy()
+        for k in (0, 1):
+            ours, theirs = frame.chroma[k], background.chroma[k]
+            seen[k + 1] = cv2.mean(ours, half)[0] - cv2.mean(theirs, half)[0]
+    return seen
+
+
+def _near(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
+    """Return a mask of droplets and what is near to them."""
+    mask = np.zeros(shape[:2], dtype=np.uint8)
+    points = [np.rint(outline).astype(np.int32) for outline in outlines]
+    if points:
+        cv2.fillPoly(mask, points, 255)
+        cv2.polylines(mask, points, True, 255, 2 * _MARGIN_PX)
+    return mask
+
+
+def _profile(
+    frames: Sequence[Frame],
+    outlines: Sequence[Sequence[Floats]],
+    segmenter: Segmenter,
+    background: Background,
+) -> Floats | None:
+    """Return the mean darkness across the outlines, at average light; None without outlines."""
+    total, count = np.zeros(len(_PROFILE)), 0
+    for frame, each in zip(frames, outlines, strict=True):
+        if not each:
+            continue
+        dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
+        for outline in each:
+            tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
+            length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
+            outward = np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None]
+            where = outline[:, None, :] + _PROFILE[None, :, None] * outward[:, None, :]
+            where = where.astype(np.float32)
+            values = cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC)
+            total += values.sum(axis=0)
+            count += len(outline)
+    return total / count if count else None
+
+
+def _level_of_steepest(profile: Floats, levels: Levels) -> float:
+    """Return the profile's value where it falls fastest outwards, of the ring's darkness."""
+    slope = np.gradient(profile)
+    near = np.flatnonzero(np.abs(_PROFILE) <= _NEAR_PX)
+    k = int(near[np.argmin(slope[near])])
+    if k in (near[0], near[-1]) or slope[k] >= 0.0:
+        return levels.edge
+    curve = slope[k - 1] - 2.0 * slope[k] + slope[k + 1]
+    shift = 0.5 * (slope[k - 1] - slope[k + 1]) / curve if curve > 0.0 else 0.0
+    value = np.interp(k + np.clip(shift, -0.5, 0.5), np.arange(len(profile)), profile)
+    return float(np.clip(value / levels.ring, 0.05, 0.95))
+
+
+def _ring_width(profile: Floats, levels: Levels) -> float:
+    """Return how far inwards the profile stays above the edge's level; 0 if it always does."""
+    inwards = profile[_PROFILE <= 0.0][::-1] / levels.ring
+    dark = np.flatnonzero(inwards > levels.edge)
+    if not dark.size:
+        return 0.0
+    light = np.flatnonzero(inwards[dark[0] :] <= levels.edge)
+    return float(_PROFILE_STEP * (dark[0] + light[0])) if light.size else 0.0

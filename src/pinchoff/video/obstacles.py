@@ -1,0 +1,195 @@
+"""Obstacles: circles found in the background, or a lattice of them."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.errors import InputError
+from pinchoff.video.background import Background
+
+Floats = NDArray[np.float64]
+Image = NDArray[np.float32]
+
+_ANGLES = np.linspace(0.0, 2.0 * math.pi, 180, endpoint=False)
+_REACH = 0.3  # of the radius: how far the edge is looked for on either side
+_STEP_PX = 0.25
+_SMOOTHING_PX = 0.5  # along rays; more would draw the two edges of a thin rim apart
+_SUPPORT = 0.6  # of the circumference in view must show the edge
+_LEAST_ARC = 0.2  # of the circumference must be in view
+_TOLERANCE = 0.2  # of a given radius
+_ANY_RADIUS = (0.01, 0.15)  # of the image's shorter side, where none is given
+_STRICTNESS = 0.6  # of OpenCV's circle detection: 1 takes perfect circles only
+
+
+class _Edge(NamedTuple):
+    """The edge of a circle, along rays from its centre."""
+
+    radii: Floats
+    strengths: Floats
+    seen: NDArray[np.bool_]
+
+
+def find_obstacles(background: Background, radius_px: float | None = None) -> Floats:
+    """Find circular obstacles in the empty chamber.
+
+    Parameters
+    ----------
+    background : Background
+    radius_px : float, optional
+        What their radius should be, pixels; by default any.
+
+    Returns
+    -------
+    ndarray, shape (M, 3)
+        Centre x, y and radius of each, pixels, from top to bottom. The circle is fitted to the
+        steepest change of brightness along rays from its centre, to a fraction of a pixel.
+    """
+    image = background.luma / background.light
+    found: list[Floats] = []
+    for x, y, radius in _candidates(image, radius_px):
+        circle = _refined(image, np.array([x, y, radius]), background.noise, radius_px)
+        if circle is None:
+            continue
+        if all(
+            np.hypot(*(circle[:2] - other[:2])) > 0.7 * (circle[2] + other[2]) for other in found
+        ):
+            found.append(circle)
+    if not found:
+        return np.empty((0, 3))
+    return np.array(sorted(found, key=lambda each: (round(each[1]), each[0])))
+
+
+def _candidates(image: Image, radius_px: float | None) -> Floats:
+    shorter = min(image.shape)
+    if radius_px is None:
+        low, high = (share * shorter for share in _ANY_RADIUS)
+    else:
+        low, high = (1.0 - _TOLERANCE) * radius_px, (1.0 + _TOLERANCE) * radius_px
+    low, high = max(3.0, low), max(4.0, high)
+    pad = math.ceil(high)  # so that the centre may lie outside the frame
+    grey = cv2.convertScaleAbs(image, alpha=200.0 / max(float(np.median(image)), 1.0))
+    padded = cv2.copyMakeBorder(grey, pad, pad, pad, pad, cv2.BORDER_REPLICATE)
+    circles = cv2.HoughCircles(
+        cv2.GaussianBlur(padded, (0, 0), 1.0),
+        cv2.HOUGH_GRADIENT_ALT,
+        dp=1.5,
+        minDist=max(low, 8.0),
+        param1=60,
+        param2=_STRICTNESS,
+        minRadius=int(low),
+        maxRadius=math.ceil(high),
+    )
+    if circles is None:
+        return np.empty((0, 3))
+    found: Floats = circles.reshape(-1, circles.shape[-1])[:, :3] - np.array([pad, pad, 0.0])
+    return found
+
+
+def _refined(image: Image, circle: Floats, noise: float, radius_px: float | None) -> Floats | None:
+    """Fit a circle to the edge near a candidate; None if there is too little of an edge."""
+    for _ in range(3):
+        edge = _edge(image, circle)
+        if edge.seen.mean() < _LEAST_ARC:
+            return None
+        strong = edge.seen & (edge.strengths > max(2.0, noise))
+        if strong.sum() < _SUPPORT * edge.seen.sum():
+            return None
+        points = circle[:2] + edge.radii[:, None] * np.column_stack(
+            [np.cos(_ANGLES), np.sin(_ANGLES)]
+        )
+        circle = _fitted_circle(points[strong])
+    if radius_px is not None and abs(circle[2] / radius_px - 1.0) > _TOLERANCE:
+        return None
+    return circle
+
+
+def _edge(image: Image, circle: Floats) -> _Edge:
+    x, y, radius = circle.tolist()
+    radii = np.arange((1.0 - _REACH) * radius, (1.0 + _REACH) * radius, _STEP_PX)
+    across = (x + np.cos(_ANGLES)[:, None] * radii).astype(np.float32)
+    down = (y + np.sin(_ANGLES)[:, None] * radii).astype(np.float32)
+    profile = cv2.remap(image, across, down, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    profile = cv2.GaussianBlur(profile, (0, 0), sigmaX=_SMOOTHING_PX / _STEP_PX, sigmaY=2.0)
+    slope = np.gradient(profile, _STEP_PX, axis=1)
+    # Usually the obstacle's edge is darker than the fluid; where it is brighter, the other way.
+    typical = np.median(slope, axis=0)
+    if -typical.min() > typical.max():
+        slope = -slope
+    best = np.clip(np.argmax(slope, axis=1), 1, len(radii) - 2)
+    rows = np.arange(len(_ANGLES))
+    before, here, after = (slope[rows, best + k] for k in (-1, 0, 1))
+    curve = before - 2.0 * here + after
+    shift = np.where(curve < 0.0, 0.5 * (before - after) / np.where(curve < 0.0, curve, 1.0), 0.0)
+    height, width = image.shape
+    end_x, end_y = across[:, -1], down[:, -1]
+    seen = (end_x >= 0) & (end_y >= 0) & (end_x <= width - 1) & (end_y <= height - 1)
+    return _Edge(radii[best] + np.clip(shift, -0.5, 0.5) * _STEP_PX, here, seen)
+
+
+def _fitted_circle(points: Floats) -> Floats:
+    """Fit a circle by least squares, twice, the second time without the farthest tenth."""
+    kept = points
+    for _ in range(2):
+        middle = kept.mean(axis=0)
+        rows = np.column_stack([2.0 * (kept - middle), np.ones(len(kept))])
+        squares = ((kept - middle) ** 2).sum(axis=1)
+        (x, y, rest), *_ = np.linalg.lstsq(rows, squares, rcond=None)
+        radius = math.sqrt(max(rest + x * x + y * y, 0.0))
+        circle = np.array([middle[0] + x, middle[1] + y, radius])
+        off = np.abs(np.hypot(*(points - circle[:2]).T) - radius)
+        kept = points[off <= np.quantile(off, 0.9)]
+    return circle
+
+
+def lattice(
+    pitch_px: float,
+    radius_px: float,
+    origin: tuple[float, float],
+    size: tuple[int, int],
+    *,
+    angle_deg: float = 0.0,
+    hexagonal: bool = False,
+) -> Floats:
+    """Return the obstacles of a regular array that are in view, wholly or in part.
+
+    Parameters
+    ----------
+    pitch_px : float
+        Distance between neighbours, pixels.
+    radius_px : float
+        Of each, pixels.
+    origin : (float, float)
+        Centre of one of them, pixels.
+    size : (int, int)
+        Width and height of the image.
+    angle_deg : float, optional
+        Direction of a row, degrees from x towards y.
+    hexagonal : bool, optional
+        Whether rows are shifted by half a pitch; by default the array is square.
+
+    Returns
+    -------
+    ndarray, shape (M, 3)
+
+    Raises
+    ------
+    InputError
+        The pitch is not larger than the diameter, or the radius not positive.
+    """
+    if not 0.0 < 2.0 * radius_px < pitch_px < math.inf:
+        rule, advice = "larger than the diameter of an obstacle", "give both in pixels"
+        raise InputError.of("pitch", rule, f"{pitch_px:g} for radius {radius_px:g}", advice)
+    along = np.array([math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))])
+    across = np.array([-along[1], along[0]])
+    second = pitch_px * (0.5 * along + math.sqrt(0.75) * across if hexagonal else across)
+    reach = math.ceil(2.0 * (math.hypot(*size) + math.hypot(*origin)) / pitch_px) + 2
+    i, j = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    centres = np.array(origin) + i[:, None] * pitch_px * along + j[:, None] * second
+    inside = np.all((centres > -radius_px) & (centres < np.array(size) - 1 + radius_px), axis=1)
+    kept = centres[inside]
+    return np.column_stack([kept, np.full(len(kept), radius_px)])

@@ -1,0 +1,338 @@
+"""Segmentation: droplets as dark rings round an interior, with sub-pixel outlines.
+
+A frame is subtracted from the empty chamber, so that obstacles and uneven light drop out. What is
+darker than a threshold is ring; what a ring encloses, and has the droplets' colour, is interior;
+a ring belongs to the interior that it encloses. Two interiors in one connected dark region are
+two droplets that touch.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.video.background import Background
+from pinchoff.video.contours import Floats, trace
+from pinchoff.video.reading import Frame
+
+Pixels = NDArray[np.uint8]
+Walk = NDArray[np.int32]
+"""Pixels x, y round a region, (n, 1, 2), as ``cv2.findContours`` gives them."""
+
+_DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
+_FREE = -1
+_THINNEST_WALL = 1.4  # ring widths between two droplets that touch
+_PALEST_WALL = 0.75  # of the ring's darkness, likewise
+
+
+class Droplet(NamedTuple):
+    """One droplet in one frame; pixels, origin at the centre of the top left one, y down.
+
+    Attributes
+    ----------
+    outline : ndarray, shape (n, 2)
+        Clockwise as seen.
+    area : float
+        Enclosed by it, pixels.
+    x, y : float
+        Its centre of mass.
+    cut : bool
+        Whether the frame's edge cuts it.
+    group : int
+        Droplets that touch one another have the same number in their frame; -1: touches none.
+    whole : Droplet or None
+        Both parts as one droplet, where they may be one whose neck is too thin to show an inside.
+    """
+
+    outline: Floats
+    area: float
+    x: float
+    y: float
+    cut: bool
+    group: int
+    whole: Droplet | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """The thresholds of a clip.
+
+    Attributes
+    ----------
+    ring : float
+        How much darker than the fluid the ring is, grey levels at average light.
+    edge : float
+        Where the outline lies, a fraction of `ring`.
+    colour : ndarray, shape (3,)
+        Interior less fluid: brightness at average light, blue and red difference; zeros where the
+        interior cannot be told from the fluid.
+    interior : float
+        Least similarity to that colour, from 0, the fluid's, to 1.
+    minimum_area : float
+        Of a droplet, pixels.
+    ring_width : float
+        Pixels; 0 where it is not known.
+    """
+
+    ring: float
+    edge: float
+    colour: Floats
+    interior: float
+    minimum_area: float
+    ring_width: float = 0.0
+
+
+class _Seen(NamedTuple):
+    """A frame and how bright its lamp is."""
+
+    frame: Frame
+    lamp: float
+
+
+class Segmenter:
+    """Find the droplets in the frames of one clip.
+
+    Parameters
+    ----------
+    background : Background
+    levels : Levels
+    """
+
+    def __init__(self, background: Background, levels: Levels) -> None:
+        self._background = background
+        self._levels = levels
+        self._ring = levels.ring * background.light
+        self._likeness = Likeness(background, levels.colour)
+
+    def darkness(self, frame: Frame, lamp: float) -> Pixels:
+        """Return how much darker than the empty chamber a frame is, grey levels.
+
+        Parameters
+        ----------
+        frame : Frame
+        lamp : float
+            What `Background.lamp` says of it.
+        """
+        empty = cv2.convertScaleAbs(self._background.luma, alpha=lamp)
+        dark = cv2.subtract(empty, frame.luma)
+        size, deviation = _DENOISING
+        smooth: Pixels = cv2.GaussianBlur(dark, (size, size), deviation)
+        return smooth
+
+    def droplets(self, frame: Frame) -> list[Droplet]:
+        """Return the droplets of a frame, the touching ones apart."""
+        seen = _Seen(frame, self._background.lamp(frame.luma))
+        dark = self.darkness(*seen)
+        # Light that is brighter by some factor darkens a ring by as many more grey levels.
+        threshold = cv2.convertScaleAbs(self._ring, alpha=self._levels.edge * seen.lamp)
+        ring = cv2.compare(dark, threshold, cv2.CMP_GT)
+        if self._likeness.known:
+            self._close_at_edges(seen, ring)
+        bodies = self._bodies(seen, dark, ring)
+        walks: list[Walk] = []
+        groups: list[int] = []
+        wholes: dict[int, int] = {}  # of a group that may be one droplet: place of its walk
+        for group, body in enumerate(bodies):
+            parts = [body.walk] if len(body.interiors) == 1 else _apart(ring, body)
+            walks += parts
+            groups += [group if len(parts) > 1 else _FREE] * len(parts)
+            if len(parts) > 1 and self._may_be_one(parts, body):
+                wholes[group] = len(walks)
+                walks.append(body.walk)
+                groups.append(_FREE)
+        excess = cv2.subtract(dark, threshold, dtype=cv2.CV_16S)
+        height, width = dark.shape
+        found = [
+            _droplet(outline, walk, group, (width, height)) if len(outline) >= 3 else None
+            for outline, walk, group in zip(trace(walks, excess), walks, groups, strict=True)
+        ]
+        return [
+            each._replace(whole=found[wholes[each.group]]) if each.group in wholes else each
+            for place, each in enumerate(found)
+            if each is not None and place not in wholes.values()
+        ]
+
+    def _close_at_edges(self, seen: _Seen, ring: Pixels) -> None:
+        """Close the rings of droplets that the frame cuts, along its edge where they are."""
+        for edge in (np.s_[:1, :], np.s_[-1:, :], np.s_[:, :1], np.s_[:, -1:]):
+            alike = self._likeness.along(seen, edge)
+            ring[edge][alike >= self._levels.interior] = 255
+
+    def _bodies(self, seen: _Seen, dark: Pixels, ring: Pixels) -> list[_Body]:
+        """Return the connected rings that enclose interiors, with these."""
+        contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        found: dict[int, list[Walk]] = {}
+        parents = hierarchy[0, :, 3].tolist() if len(contours) else []
+        # The ring takes some of a small droplet's area.
+        least = 0.25 * self._levels.minimum_area
+        for hole, parent in zip(contours, parents, strict=True):
+            if parent < 0 or len(hole) ** 2 < 4.0 * np.pi * least:
+                continue
+            if cv2.contourArea(hole) >= least and self._is_interior(seen, ring, hole):
+                found.setdefault(parent, []).append(hole)
+        return [
+            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, seen.lamp))
+            for k, holes in found.items()
+        ]
+
+    def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
+        """Sort the holes of one ring into droplets.
+
+        Between two droplets that touch is a wall as dark as their rings. Where it is paler, it is
+        a neck so thin that hardly any inside shows.
+        """
+        left, top, wide, high = cv2.boundingRect(np.concatenate(holes))
+        window = np.s_[top : top + high, left : left + wide]
+        level = self._ring[window] * np.float32(_PALEST_WALL * lamp)
+        pale = (dark[window] <= level).astype(np.uint8)
+        _, labels = cv2.connectedComponents(pale, connectivity=4)
+        inside = [self._label_within(labels, hole - (left, top)) for hole in holes]
+        return [
+            [hole for hole, own in zip(holes, inside, strict=True) if own == label]
+            for label in sorted(set(inside))
+        ]
+
+    def _may_be_one(self, parts: list[Walk], body: _Body) -> bool:
+        """Return whether parts that meet may be one droplet with a neck that shows no inside.
+
+        Then the neck is no wider than two rings, or the wall across it thinner.
+        """
+        ring = self._levels.ring_width
+        for (k, one), (j, other) in itertools.combinations(enumerate(parts), 2):
+            bridge = _bridge(one, other)
+            if bridge == 0.0 or bridge <= 2.0 * ring:
+                continue
+            walls = itertools.product(body.interiors[k], body.interiors[j])
+            if min(_distance(*pair) for pair in walls) >= _THINNEST_WALL * ring:
+                return False
+        return True
+
+    @staticmethod
+    def _label_within(labels: NDArray[np.int32], hole: Walk) -> int:
+        """Return the label that most pixels within a hole have."""
+        mask = np.zeros(labels.shape, dtype=np.uint8)
+        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED)
+        return int(np.bincount(labels[mask > 0]).argmax())
+
+    def _is_interior(self, seen: _Seen, ring: Pixels, hole: Walk) -> bool:
+        if not self._likeness.known:
+            return True
+        return self._likeness.within(seen, ring, hole) >= self._levels.interior
+
+
+class Likeness:
+    """How much of the droplets' colour something has: 0 is the fluid's, 1 theirs.
+
+    Parameters
+    ----------
+    background : Background
+    colour : ndarray, shape (3,)
+        As in `Levels`.
+    """
+
+    def __init__(self, background: Background, colour: Floats) -> None:
+        self._background = background
+        self.known = bool(np.any(colour != 0.0))
+        self._weights = colour / max(float(colour @ colour), 1e-9)
+
+    def within(self, seen: _Seen, ring: Pixels, hole: Walk) -> float:
+        """Return it for the pixels that a hole in a ring encloses."""
+        left, top, wide, high = cv2.boundingRect(hole)
+        # Colour has half the resolution: begin at an even pixel, look at every other.
+        left, top = left + left % 2, top + top % 2
+        window = np.s_[top : top + high : 2, left : left + wide : 2]
+        mask = np.zeros((high, wide), dtype=np.uint8)
+        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED, offset=(-left, -top))
+        inside = mask[::2, ::2][: ring[window].shape[0], : ring[window].shape[1]]
+        chosen = (inside > 0) & (ring[window] == 0)
+        if not chosen.any():
+            return 0.0
+        return float(self._of(seen, window)[chosen].mean())
+
+    def along(self, seen: _Seen, edge: tuple[slice, slice]) -> NDArray[np.float32]:
+        """Return it along an edge of the frame, smoothed over a few pixels."""
+        rows, columns = (range(n)[s] for n, s in zip(seen.frame.luma.shape, edge, strict=True))
+        window = np.s_[rows[0] : rows[-1] + 1 : 2, columns[0] : columns[-1] + 1 : 2]
+        alike = self._of(seen, window)
+        full = cv2.resize(alike, (len(columns), len(rows)), interpolation=cv2.INTER_NEAREST)
+        smooth: NDArray[np.float32] = cv2.blur(full, (9, 9), borderType=cv2.BORDER_REPLICATE)
+        return smooth
+
+    def _of(self, seen: _Seen, window: tuple[slice, slice]) -> NDArray[np.float32]:
+        """Return it for every other pixel of a window."""
+        background, frame = self._background, seen.frame
+        weights = self._weights.astype(np.float32)
+        alike: NDArray[np.float32] = frame.luma[window] * np.float32(1.0 / seen.lamp)
+        alike -= background.luma[window]
+        alike *= weights[0] / background.light[window]
+        if frame.chroma is not None and background.chroma is not None:
+            rows, columns = (
+                slice(s.start // 2, s.start // 2 + n)
+                for s, n in zip(window, alike.shape, strict=True)
+            )
+            for k in (0, 1):
+                ours, theirs = frame.chroma[k, rows, columns], background.chroma[k, rows, columns]
+                alike += weights[k + 1] * (ours - theirs)
+        return alike
+
+
+class _Body(NamedTuple):
+    """A connected ring: its outermost pixels, and the holes that are each droplet's interior."""
+
+    walk: Walk
+    interiors: list[list[Walk]]
+
+
+def _distance(one: Walk, other: Walk) -> float:
+    """Return the thickness of the ring between two holes; their walks lie on it."""
+    squares = ((one[:, None, 0, :] - other[None, :, 0, :]) ** 2).sum(axis=2)
+    return float(np.sqrt(squares.min())) + 1.0
+
+
+def _bridge(one: Walk, other: Walk) -> float:
+    """Return how wide the border is along which two parts of a region meet, pixels."""
+    near = np.abs(one[:, None, 0, :] - other[None, :, 0, :]).sum(axis=2) == 1
+    border = one[near.any(axis=1), 0, :]
+    if not len(border):
+        return 0.0
+    extent = np.hypot(*(border[:, None] - border[None]).transpose(2, 0, 1)).max()
+    return float(extent) + 1.0
+
+
+def _apart(ring: Pixels, body: _Body) -> list[Walk]:
+    """Part a connected region among its interiors: every pixel goes to the nearest one."""
+    left, top, wide, high = cv2.boundingRect(body.walk)
+    window = np.s_[top : top + high, left : left + wide]
+    region = np.zeros((high, wide), dtype=np.uint8)
+    cv2.drawContours(region, [body.walk], -1, 255, cv2.FILLED, offset=(-left, -top))
+    owner = np.zeros((high, wide), dtype=np.uint8)
+    for number, holes in enumerate(body.interiors, start=1):
+        cv2.drawContours(owner, holes, -1, min(number, 255), cv2.FILLED, offset=(-left, -top))
+    owner[ring[window] > 0] = 0
+    _, nearest = cv2.distanceTransformWithLabels(
+        cv2.compare(owner, 0, cv2.CMP_EQ), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+    )
+    owner_of = np.zeros(int(nearest.max()) + 1, dtype=np.uint8)
+    owner_of[nearest[owner > 0]] = owner[owner > 0]
+    whole = owner_of[nearest]
+    parts = []
+    for number in range(1, len(body.interiors) + 1):
+        own = np.where((whole == number) & (region > 0), 255, 0).astype(np.uint8)
+        walks, _ = cv2.findContours(
+            own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
+        )
+        parts.append(max(walks, key=len))
+    return parts
+
+
+def _droplet(outline: Floats, walk: Walk, group: int, size: tuple[int, int]) -> Droplet:
+    left, top, wide, high = cv2.boundingRect(walk)
+    cut = left <= 0 or top <= 0 or left + wide >= size[0] or top + high >= size[1]
+    x, y = _core.centroid(outline)
+    return Droplet(outline, _core.area(outline), x, y, cut, group)

@@ -1,0 +1,91 @@
+"""What a measurement of videos can be told; all of it has a default or follows from the image."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from pinchoff.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.validation import Checked, Number, WholeNumber, explained, number
+
+
+def _derived(low: float, high: float, meaning: str) -> Any:
+    rule = f"a finite number from {low:g} to {high:g}"
+    advice = f"{meaning}, or leave it out: it follows from the image"
+    return explained(rule, advice, ge=low, le=high, default=None)
+
+
+class VideoSettings(Checked):
+    """How clips are read, segmented and tracked. Thresholds are fractions, whatever the input.
+
+    Parameters
+    ----------
+    pixel_size_um : float
+        Side of a pixel in the chamber, µm.
+    fps : float, optional
+        Frames a second; by default the times that the clip gives, or 60 for images.
+    edge_level : float, optional
+        Where the outline lies, as a fraction of the ring's darkness from the fluid's 0 to the
+        ring's 1; by default where the brightness across the outline changes fastest.
+    interior_level : float
+        How similar to the droplets' interior a region within a ring must be, from the fluid's 0
+        to the interior's 1, to be a droplet.
+    interior : (float, float, float), optional
+        Red, green and blue of the droplets' interior; by default learned from the regions that
+        dark rings enclose.
+    clicks : tuple of (frame, x, y)
+        Places inside droplets from which to learn that colour instead.
+    minimum_diameter_um : float
+        Smaller droplets are left out, µm.
+    obstacles : tuple of (x, y, radius), optional
+        Centres and radii in pixels; by default they are looked for in the background.
+    contact_distance_um : float
+        An outline that comes this near to an obstacle is in contact, µm.
+    velocity_frames : int
+        Frames up to the contact to which the velocity is fitted.
+    maximum_step_px : float, optional
+        Largest displacement of a droplet between two frames, pixels, beyond that of its own
+        motion; by default half its diameter.
+    memory : int
+        For how many frames a droplet may be lost.
+    area_tolerance : float
+        How much areas may differ, of 1, across a break-up or a coalescence.
+    laboratory : Laboratory
+        What the camera does not see.
+
+    Raises
+    ------
+    InputError
+        A value is missing, out of its range or of the wrong type.
+    """
+
+    pixel_size_um: Number = number(1e-3, 1e4, "the side of a pixel in µm")
+    fps: Number | None = _derived(1e-3, 1e6, "frames a second")
+    edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
+    interior_level: Number = number(0.0, 1.0, "a fraction of the interior's colour", default=0.5)
+    interior: tuple[Number, Number, Number] | None = explained(
+        "three numbers from 0 to 255", "red, green and blue of the interior", default=None
+    )
+    clicks: tuple[tuple[WholeNumber, Number, Number], ...] = explained(
+        "a list of [frame, x, y]", "places inside droplets", default=()
+    )
+    minimum_diameter_um: Number = number(0.0, 1e5, "the smallest droplet in µm", default=60.0)
+    obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
+        "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
+    )
+    contact_distance_um: Number = number(0.0, 1e4, "a distance in µm", default=CONTACT_DISTANCE_UM)
+    velocity_frames: WholeNumber = explained(
+        "a whole number from 3 to 100", "frames of the velocity's fit", ge=3, le=100, default=8
+    )
+    maximum_step_px: Number | None = _derived(0.1, 1e4, "a displacement in pixels")
+    memory: WholeNumber = explained(
+        "a whole number from 0 to 100", "frames", ge=0, le=100, default=3
+    )
+    area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
+    laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
+
+    @property
+    def minimum_area_px(self) -> float:
+        """Area of the smallest droplet, pixels."""
+        return 0.785 * (self.minimum_diameter_um / self.pixel_size_um) ** 2

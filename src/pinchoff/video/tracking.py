@@ -1,0 +1,317 @@
+"""Tracking: the same droplet from frame to frame, and what becomes of it.
+
+Droplets are linked to the nearest place where they are expected, all at once (Crocker and Grier,
+J. Colloid Interface Sci. 179, 298, 1996), if their areas agree. What is left over on either side
+is explained by events: one droplet that became two of the same area in all, around the same centre
+of mass, two that became one, entry, exit. A lost droplet is waited for.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from pinchoff.video.segmentation import Droplet
+from pinchoff.video.settings import VideoSettings
+
+Floats = NDArray[np.float64]
+
+EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
+
+_FORBIDDEN = 1e12
+_VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
+_MOST_DAUGHTERS = 4
+
+
+class Event(NamedTuple):
+    """What happened to droplets between two frames.
+
+    Attributes
+    ----------
+    kind : str
+        One of `EVENTS`.
+    frame : int
+        The first frame after it.
+    parents, children : tuple of int
+        Tracks that end and that begin.
+    """
+
+    kind: str
+    frame: int
+    parents: tuple[int, ...]
+    children: tuple[int, ...]
+
+
+@dataclass
+class _Track:
+    """A droplet that is being followed."""
+
+    number: int
+    frame: int
+    droplet: Droplet
+    velocity: Floats | None = None
+    missed: int = 0
+
+    def expected(self, frame: int, flow: Floats) -> Floats:
+        velocity = flow if self.velocity is None else self.velocity
+        return np.array([self.droplet.x, self.droplet.y]) + velocity * (frame - self.frame)
+
+    def moved_to(self, frame: int, droplet: Droplet) -> None:
+        step = np.array([droplet.x - self.droplet.x, droplet.y - self.droplet.y])
+        step = step / (frame - self.frame)
+        if self.velocity is None:
+            self.velocity = step
+        else:
+            self.velocity = self.velocity + _VELOCITY_MEMORY * (step - self.velocity)
+        self.frame, self.droplet, self.missed = frame, droplet, 0
+
+
+@dataclass
+class Tracker:
+    """Follow the droplets of a clip, one frame after the other.
+
+    Parameters
+    ----------
+    settings : VideoSettings
+
+    Attributes
+    ----------
+    count : int
+        Tracks so far.
+    """
+
+    settings: VideoSettings
+    _tracks: list[_Track] = field(default_factory=list)
+    count: int = 0
+    _flow: Floats = field(default_factory=lambda: np.zeros(2))
+
+    def resolved(self, frame: int, droplets: Sequence[Droplet]) -> list[Droplet]:
+        """Return droplets with parts taken together that were one droplet and still may be one.
+
+        Parameters
+        ----------
+        frame : int
+        droplets : sequence of Droplet
+        """
+        kept: list[Droplet] = []
+        done: set[int] = set()
+        for each in droplets:
+            if each.whole is None or not self._is_expected(frame, each.whole):
+                kept.append(each)
+            elif each.group not in done:
+                done.add(each.group)
+                kept.append(each.whole)
+        return kept
+
+    def _is_expected(self, frame: int, droplet: Droplet) -> bool:
+        for track in self._tracks:
+            before, after = track.droplet.area, droplet.area
+            if abs(after - before) > self.settings.area_tolerance * max(after, before):
+                continue
+            off = track.expected(frame, self._flow) - (droplet.x, droplet.y)
+            if np.hypot(*off) <= self.reach(np.array(before)):
+                return True
+        return False
+
+    def step(self, frame: int, droplets: Sequence[Droplet]) -> tuple[list[int], list[Event]]:
+        """Take the droplets of the next frame.
+
+        Parameters
+        ----------
+        frame : int
+            Its number, larger than the last.
+        droplets : sequence of Droplet
+
+        Returns
+        -------
+        numbers : list of int
+            The track of each droplet.
+        events : list of Event
+        """
+        links = self._links(frame, droplets)
+        events: list[Event] = []
+        numbers = [-1] * len(droplets)
+        free_tracks = [t for k, t in enumerate(self._tracks) if k not in links]
+        free = [k for k in range(len(droplets)) if k not in links.values()]
+        partners = {k: self._tracks[t] for t, k in links.items()}
+        fresh: list[_Track] = []
+        for parents, children in _explained(frame, droplets, free_tracks, free, partners, self):
+            born = [self._new(frame, droplets[k]) for k in children]
+            for parent in parents:
+                born_velocity = parent.velocity
+                for track in born:
+                    track.velocity = born_velocity
+            for track, k in zip(born, children, strict=True):
+                numbers[k] = track.number
+            fresh += born
+            kind = "break-up" if len(parents) == 1 else "coalescence"
+            ends = tuple(t.number for t in parents)
+            events.append(Event(kind, frame, ends, tuple(t.number for t in born)))
+            self._tracks = [t for t in self._tracks if t not in parents]
+        for k, track in partners.items():
+            if numbers[k] < 0 and track in self._tracks:
+                track.moved_to(frame, droplets[k])
+                numbers[k] = track.number
+        for k in range(len(droplets)):
+            if numbers[k] < 0:
+                track = self._new(frame, droplets[k])
+                fresh.append(track)
+                numbers[k] = track.number
+                kind = "entry" if droplets[k].cut or self._upstream(droplets[k], frame) else "found"
+                events.append(Event(kind, frame, (), (track.number,)))
+        events += self._forget(frame)
+        self._tracks += fresh
+        self._learn_flow(frame)
+        return numbers, events
+
+    def finish(self, frame: int) -> list[Event]:
+        """Return the ends of the tracks that were still waited for."""
+        waiting = [t for t in self._tracks if t.missed > 0]
+        return [self._end(track, frame) for track in waiting]
+
+    def _new(self, frame: int, droplet: Droplet) -> _Track:
+        track = _Track(self.count, frame, droplet)
+        self.count += 1
+        return track
+
+    def _upstream(self, droplet: Droplet, frame: int) -> bool:
+        # In the first frame everything comes into view.
+        return self.count == 0 or (not self._tracks and frame == 0)
+
+    def _links(self, frame: int, droplets: Sequence[Droplet]) -> dict[int, int]:
+        """Return the position of a droplet for each position of a track that goes on in it."""
+        if not self._tracks or not droplets:
+            return {}
+        expected = np.array([t.expected(frame, self._flow) for t in self._tracks])
+        found = np.array([[d.x, d.y] for d in droplets])
+        before = np.array([t.droplet.area for t in self._tracks])
+        after = np.array([d.area for d in droplets])
+        square = ((expected[:, None] - found[None]) ** 2).sum(axis=2)
+        reach = self.reach(before)
+        change = np.abs(after[None] - before[:, None]) / np.maximum(after[None], before[:, None])
+        cut = np.array([t.droplet.cut for t in self._tracks])[:, None]
+        cut = cut | np.array([d.cut for d in droplets])[None]
+        allowed = (square <= reach[:, None] ** 2) & ((change <= self.settings.area_tolerance) | cut)
+        # Areas that differ by the tolerance count like a distance of the whole reach.
+        strange = np.where(cut, 0.0, change / max(self.settings.area_tolerance, 1e-6))
+        cost = np.where(allowed, square / reach[:, None] ** 2 + strange**2, _FORBIDDEN)
+        rows, columns = linear_sum_assignment(cost)
+        pairs = zip(rows.tolist(), columns.tolist(), strict=True)
+        return {row: column for row, column in pairs if cost[row, column] < _FORBIDDEN}
+
+    def reach(self, area: Floats) -> Floats:
+        """Return how far from its expected place a droplet is looked for, pixels."""
+        if self.settings.maximum_step_px is not None:
+            return np.full(np.shape(area), self.settings.maximum_step_px)
+        reach: Floats = np.sqrt(np.asarray(area) / math.pi)  # half its diameter
+        return reach
+
+    def _forget(self, frame: int) -> list[Event]:
+        events, kept = [], []
+        for track in self._tracks:
+            if track.frame < frame:
+                track.missed += 1
+            if track.missed > self.settings.memory or (track.missed and track.droplet.cut):
+                events.append(self._end(track, frame))
+            else:
+                kept.append(track)
+        self._tracks = kept
+        return events
+
+    @staticmethod
+    def _end(track: _Track, frame: int) -> Event:
+        kind = "exit" if track.droplet.cut else "lost"
+        return Event(kind, frame, (track.number,), ())
+
+    def _learn_flow(self, frame: int) -> None:
+        moving = [t.velocity for t in self._tracks if t.velocity is not None and t.frame == frame]
+        if moving:
+            self._flow = np.median(np.array(moving), axis=0)
+
+
+def _explained(
+    frame: int,
+    droplets: Sequence[Droplet],
+    tracks: Sequence[_Track],
+    free: Sequence[int],
+    partners: dict[int, _Track],
+    tracker: Tracker,
+) -> list[tuple[list[_Track], list[int]]]:
+    """Explain tracks and droplets without a partner: (parents, children) of every event.
+
+    A partner may have been found for the larger of two daughters, whose area differs little from
+    its mother's, or for the larger of two droplets that merged: then it takes part too.
+    """
+    tolerance = tracker.settings.area_tolerance
+    flow = tracker._flow
+    events: list[tuple[list[_Track], list[int]]] = []
+    used_tracks: set[int] = set()
+    used: set[int] = set()
+
+    def place(track: _Track) -> tuple[float, Floats, float]:
+        area = track.droplet.area
+        return area, track.expected(frame, flow), float(tracker.reach(np.array(area)))
+
+    def spot(k: int) -> tuple[float, Floats]:
+        return droplets[k].area, np.array([droplets[k].x, droplets[k].y])
+
+    def agrees(
+        whole: float,
+        middle: Floats,
+        reach: float,
+        parts: Iterable[tuple[float, Floats]],
+        smallest: float,
+    ) -> bool:
+        listed = list(parts)
+        total = sum(area for area, _ in listed)
+        centre = sum((area * where for area, where in listed), np.zeros(2)) / total
+        # The smallest part must be what is missing, not a trifle within the tolerance.
+        return (
+            abs(total - whole) <= min(tolerance * whole, 0.5 * smallest)
+            and float(np.hypot(*(centre - middle))) <= reach
+            and all(float(np.hypot(*(where - middle))) <= 4.0 * reach for _, where in listed)
+        )
+
+    candidates = [*tracks, *partners.values()]
+    for track in candidates:
+        area, middle, reach = place(track)
+        own = [k for k, t in partners.items() if t is track]
+        near = [
+            k
+            for k in free
+            if k not in used and float(np.hypot(*(spot(k)[1] - middle))) <= 4.0 * reach
+        ]
+        for count in range(2 - len(own), _MOST_DAUGHTERS + 1 - len(own)):
+            for chosen in itertools.combinations(near, count):
+                children = [*own, *chosen]
+                parts = [spot(k) for k in children]
+                if chosen and agrees(area, middle, reach, parts, min(a for a, _ in parts)):
+                    events.append(([track], children))
+                    used.update(children)
+                    used_tracks.add(track.number)
+                    break
+            else:
+                continue
+            break
+    lone = [t for t in tracks if t.number not in used_tracks]
+    for pair in itertools.combinations([*lone, *partners.values()], 2):
+        if any(t.number in used_tracks for t in pair) or not any(t in lone for t in pair):
+            continue
+        own = [k for k, t in partners.items() if t in pair]
+        for k in own or [k for k in free if k not in used]:
+            area, middle = spot(k)
+            before = [place(t)[:2] for t in pair]
+            reach = float(tracker.reach(np.array(area)))
+            if k not in used and agrees(area, middle, reach, before, min(a for a, _ in before)):
+                events.append((list(pair), [k]))
+                used.add(k)
+                used_tracks.update(t.number for t in pair)
+                break
+    return events

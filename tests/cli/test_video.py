@@ -1,0 +1,242 @@
+"""``pinchoff film`` and ``pinchoff video``: what they write, resume and refuse."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import pyarrow.parquet as pq
+import pytest
+
+import pinchoff as po
+from pinchoff.cli import main
+from pinchoff.video.batch import clip_sources, measure_videos
+
+PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
+LABORATORY = [
+    *("--pixel-size", "5.28um", "--obstacle-radius", "85um", "--thickness", "85um"),
+    *("--viscosity", "48mPa.s", "--surface-tension", "20mN/m"),
+]
+DESIGN = """
+simulation_capillary_number = 55
+size_ratio = 4.0
+[vary]
+offset = [0.03, 0.2]
+"""
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    """A small clip with its truth, from a sweep of two runs: one breaks, one slips past."""
+    folder = tmp_path_factory.mktemp("film")
+    (folder / "design.toml").write_text(DESIGN)
+    (folder / "look.toml").write_text("width = 480\nheight = 360\nnoise = 3\n")
+    assert main(["sweep", str(folder / "design.toml"), "--out", str(folder / "sweep")]) == 0
+    clip = folder / "clip.mp4"
+    look = ["--look", str(folder / "look.toml")]
+    assert main(["film", str(folder / "sweep"), "--out", str(clip), *look]) == 0
+    return clip
+
+
+@pytest.fixture(scope="module")
+def done(filmed, tmp_path_factory):
+    out = tmp_path_factory.mktemp("video") / "out"
+    assert main(["video", str(filmed), *LABORATORY, "--out", str(out), "--processes", "1"]) == 0
+    return out
+
+
+def contents(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_film_and_measurement_agree(filmed, done):
+    truth = po.read_collisions(filmed.with_suffix(".truth.parquet"))
+    table = po.read_collisions(done / "collisions.parquet")
+    assert set(truth["source"]) == {"film"}
+    assert set(table["source"]) == {"video"}
+    assert list(table["outcome"]) == list(truth["outcome"])
+    assert sorted(table["outcome"]) == ["broke", "slipped"]
+    assert table["accepted"].all()
+    assert table["symmetry"].to_numpy() == pytest.approx(truth["symmetry"].to_numpy(), abs=0.03)
+    assert table.attrs["units"]["breakup_neck_um"] == "µm"
+
+
+def test_results(done):
+    folder = done / "clips" / "clip"
+    names = {path.name for path in done.iterdir()}
+    assert names == {
+        *("clips", "collisions.parquet", "contact_sheet.png", "events.parquet", "index.html"),
+        "tracks.parquet",
+    }
+    assert {path.name for path in folder.iterdir()} >= {
+        *("clip.json", "collisions.parquet", "obstacles.toml", "outlines.gsd", "overlay.mp4"),
+        *("tracks.parquet", "events.parquet", "collisions"),
+    }
+    result = json.loads((folder / "clip.json").read_text(encoding="utf-8"))
+    tracks = pq.read_table(done / "tracks.parquet")
+    assert tracks.column("frame").to_pylist()[-1] < result["frames"]
+    assert tracks.schema.field("x_um").metadata[b"unit"] == "µm".encode()
+    kinds = pq.read_table(done / "events.parquet").column("kind").to_pylist()
+    assert kinds.count("break-up") == 1
+    outlines = po.Outlines.load(folder / "outlines.gsd")
+    assert outlines.units == "um"
+    assert len(outlines.measure()) > result["frames"]
+    page = (done / "index.html").read_text(encoding="utf-8")
+    assert "2 collisions in 1 clips" in page
+    assert page.count('class="picture"') == 4  # two figures, two collisions
+
+
+def test_annotated_clip_shows_every_frame(done):
+    from pinchoff.video.reading import Clip
+
+    result = json.loads((done / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
+    found = list(Clip(done / "clips" / "clip" / "overlay.mp4").frames())
+    assert len(found) == result["frames"]
+    assert found[0].luma.shape == (720, 960)
+
+
+def test_second_run_reuses(filmed, done, capsys):
+    before = contents(done / "clips")
+    assert main(["video", str(filmed), *LABORATORY, "--out", str(done)]) == 0
+    assert "1 of them measured before" in capsys.readouterr().out
+    assert contents(done / "clips") == before
+
+
+def test_other_settings_measure_again(filmed, tmp_path, capsys):
+    settings = po.VideoSettings(pixel_size_um=5.28)
+    first = measure_videos([filmed], tmp_path, settings, overlay=False)
+    again = measure_videos([filmed], tmp_path, settings, overlay=False)
+    other = measure_videos([filmed], tmp_path, settings.replace(fps=30.0), overlay=False)
+    assert [each.clips[0].reused for each in (first, again, other)] == [False, True, False]
+    ratio = other.collisions["speed_mm_s"] / first.collisions["speed_mm_s"]
+    assert ratio.to_numpy() == pytest.approx(0.5, rel=1e-6)
+
+
+def test_corrected_obstacles_are_read_back(filmed, tmp_path):
+    settings = po.VideoSettings(pixel_size_um=5.28)
+    first = measure_videos([filmed], tmp_path, settings, overlay=False)
+    path = first.clips[0].folder / "obstacles.toml"
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert sum(line.startswith("  [") for line in lines) == 2
+    kept = [line for k, line in enumerate(lines) if not line.startswith("  [") or k == 3]
+    path.write_text("\n".join(kept), encoding="utf-8")
+    second = measure_videos([filmed], tmp_path, settings, overlay=False)
+    assert len(first.collisions) == 2
+    assert len(second.collisions) == 1
+    assert path.read_text(encoding="utf-8") == "\n".join(kept)
+    third = measure_videos([filmed], tmp_path, settings, overlay=False)
+    assert third.clips[0].reused
+
+
+def test_bad_files_do_not_stop_the_batch(filmed, tmp_path, capsys):
+    (tmp_path / "text.mp4").write_text("no video")
+    out = tmp_path / "out"
+    files = [str(tmp_path / "text.mp4"), str(filmed)]
+    assert main(["video", *files, *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
+    said = capsys.readouterr()
+    assert re.search(r"error: .*text.mp4 must be a readable video; got .+; .+\n", said.err)
+    assert "2 collisions, 2 accepted, in 1 clips" in said.out
+    assert "text.mp4 must be a readable video" in (out / "index.html").read_text(encoding="utf-8")
+    assert not (out / "clips" / "text").exists()
+
+
+def test_only_bad_files_are_an_error(tmp_path, capsys):
+    (tmp_path / "text.mp4").write_text("no video")
+    out = tmp_path / "out"
+    assert main(["video", str(tmp_path / "text.mp4"), *LABORATORY, "--out", str(out)]) == 2
+    assert "FILES must be clips" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "argument"),
+    [
+        ([], "--pixel-size"),
+        (["--pixel-size", "5.28"], "--pixel-size"),
+        (["--pixel-size", "5 mm/s"], "--pixel-size"),
+        (["--pixel-size", "-5 um"], "--pixel-size"),
+        (["--pixel-size", "5 um", "--viscosity", "48"], "--viscosity"),
+        (["--pixel-size", "5 um", "--fps", "fast"], "fps"),
+        (["--pixel-size", "5 um", "--set", "edge_level=3"], "edge_level"),
+        (["--pixel-size", "5 um", "--set", "colour=3"], "colour"),
+        (["--pixel-size", "5 um", "--set", "edge_level"], "--set"),
+        (["--pixel-size", "5 um", "--out", ""], "--out"),
+    ],
+)
+def test_refuses(filmed, tmp_path, monkeypatch, capsys, arguments, argument):
+    monkeypatch.chdir(tmp_path)
+    assert main(["video", str(filmed), *arguments]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"error: {argument} must be ")
+    assert "Traceback" not in error
+    assert not list(tmp_path.iterdir())
+
+
+def test_unwritable_folder(filmed, tmp_path, capsys):
+    (tmp_path / "file").write_text("here")
+    out = tmp_path / "file" / "out"
+    assert main(["video", str(filmed), *LABORATORY, "--out", str(out)]) == 2
+    assert "--out must be a folder that can be written to" in capsys.readouterr().err
+
+
+def test_film_refuses_what_is_no_sweep(tmp_path, capsys):
+    assert main(["film", str(tmp_path), "--out", str(tmp_path / "clip.mp4")]) == 2
+    assert "must be the folder of a sweep" in capsys.readouterr().err
+
+
+def test_names(tmp_path, refused):
+    (tmp_path / "one").mkdir()
+    for name in ("b.mp4", "a.mp4", "notes.txt"):
+        (tmp_path / "one" / name).touch()
+    assert list(clip_sources([tmp_path / "one"])) == ["a", "b"]
+    (tmp_path / "a.avi").touch()
+    refused("clips", clip_sources, [tmp_path / "one", tmp_path / "a.avi"])
+    refused("clips", clip_sources, [])
+
+
+def test_settings_from_a_file(filmed, tmp_path):
+    config = tmp_path / "settings.toml"
+    config.write_text("pixel_size_um = 5.28\n[laboratory]\nobstacle_radius_um = 85.0\n")
+    out = tmp_path / "out"
+    arguments = ["--config", str(config), "--fps", "30", "--out", str(out), "--no-overlay"]
+    assert main(["video", str(filmed), *arguments]) == 0
+    result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
+    assert result["settings"]["fps"] == 30.0
+    assert result["settings"]["laboratory"]["obstacle_radius_um"] == 85.0
+
+
+def test_interrupted_run_goes_on(filmed, tmp_path):
+    """A run that is killed leaves whole files or none, and the next one does what is missing."""
+    for name in ("one", "two", "three"):
+        (tmp_path / f"{name}.mp4").write_bytes(filmed.read_bytes())
+    out = tmp_path / "out"
+    files = [str(tmp_path / f"{name}.mp4") for name in ("one", "two", "three")]
+    command = [*PROGRAM, "video", *files, *LABORATORY, "--out", str(out), "--processes", "1"]
+    process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    marker = out / "clips" / "one" / "clip.json"
+    deadline = time.monotonic() + 120
+    while not marker.exists() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.3)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert marker.exists()
+    assert not (out / "clips" / "three" / "clip.json").exists()
+    assert not (out / "collisions.parquet").exists()
+    settings = po.VideoSettings(
+        pixel_size_um=5.28,
+        laboratory={
+            "obstacle_radius_um": 85.0,
+            "thickness_um": 85.0,
+            "viscosity_mPa_s": 48.0,
+            "surface_tension_mN_m": 20.0,
+        },
+    )
+    result = measure_videos(files, out, settings, processes=1)
+    assert [each.reused for each in result.clips] == [True, False, False]
+    assert len(result.collisions) == 6
+    assert os.listdir(out / "clips" / "two")  # noqa: PTH208

@@ -1,0 +1,191 @@
+"""Droplets of known outline are found where they are, to a small fraction of a pixel."""
+
+from __future__ import annotations
+
+import math
+
+import cv2
+import numpy as np
+import pytest
+
+from pinchoff import _core
+from pinchoff.microscope import Scene
+from pinchoff.video.contours import trace
+from pinchoff.video.levels import calibrate
+from pinchoff.video.segmentation import Segmenter
+from pinchoff.video.settings import VideoSettings
+
+OBSTACLE = (150.0, 60.0, 16.0)
+
+
+@pytest.fixture
+def settings():
+    return VideoSettings(pixel_size_um=5.0)
+
+
+@pytest.fixture
+def found(drawn, settings):
+    """Function (scene, microscope, count) -> droplets of each frame."""
+
+    def segment(scene, microscope, count=24, *, grey=False, told=settings):
+        frames = drawn(scene, microscope, count)
+        if grey:
+            frames = [frame._replace(chroma=None) for frame in frames]
+        segmenter = Segmenter(*calibrate(frames, told))
+        return [segmenter.droplets(frame) for frame in frames]
+
+    return segment
+
+
+def crossing(disc, moving, radius=18.0, y=110.0, speed=7.0):
+    """A droplet that crosses the whole frame, so that the background is seen everywhere."""
+    return moving(disc(radius), (30.3, y + 0.4), (speed, 0.15), OBSTACLE)
+
+
+def test_area_and_centre_of_a_disc(disc, moving, found, microscope):
+    radius = 18.0
+    frames = found(Scene((crossing(disc, moving, radius),)), microscope)
+    areas, shifts = [], []
+    for number, droplets in enumerate(frames):
+        (droplet,) = droplets
+        assert not droplet.cut
+        assert droplet.group == -1
+        areas.append(droplet.area / (math.pi * radius**2) - 1)
+        shifts.append((droplet.x - 30.3 - 7.0 * number, droplet.y - 110.4 - 0.15 * number))
+    assert np.mean(areas) == pytest.approx(0.0, abs=0.004)
+    assert np.std(areas) < 0.004
+    assert np.mean(shifts, axis=0) == pytest.approx((0.0, 0.0), abs=0.02)
+    assert np.std(shifts, axis=0).max() < 0.05
+
+
+def test_outline_follows_a_droplet_along_an_obstacle(disc, moving, found, microscope):
+    """The obstacle's own dark rim does not bend the outline of a droplet that lies against it."""
+    scene = Scene((moving(disc(18.0), (60.0, 60.0 + 16.0 + 18.5), (4.0, 0.0), OBSTACLE),))
+    frames = found(scene, microscope)
+    (droplet,) = frames[22]  # right below the obstacle
+    assert droplet.x == pytest.approx(148.0, abs=0.1)
+    radii = np.hypot(*(droplet.outline - (148.0, 94.5)).T)
+    near = np.abs(droplet.outline[:, 0] - 148.0) < 6
+    above = near & (droplet.outline[:, 1] < 94.5)
+    assert radii[above].mean() == pytest.approx(18.0, abs=0.12)
+    assert radii.mean() == pytest.approx(18.0, abs=0.08)
+
+
+@pytest.mark.parametrize("grey", [False, True])
+def test_touching_droplets_come_apart(disc, moving, found, microscope, grey):
+    pair = (
+        moving(disc(18.0), (30.0, 110.0), (4.0, 0.0), OBSTACLE),
+        moving(disc(14.0), (62.2, 110.0), (4.0, 0.0), OBSTACLE),
+    )
+    for number, droplets in enumerate(found(Scene(pair), microscope, grey=grey)):
+        large, small = sorted(droplets, key=lambda each: -each.area)
+        assert large.group == small.group >= 0
+        assert large.area == pytest.approx(math.pi * 18.0**2, rel=0.03)
+        assert small.area == pytest.approx(math.pi * 14.0**2, rel=0.03)
+        assert small.x == pytest.approx(62.2 + 4.0 * number, abs=0.3)
+
+
+def test_three_touch_in_one_group(disc, moving, found, microscope):
+    three = tuple(
+        moving(disc(12.0), (20.0 + 24.1 * k, 120.0), (7.0, 0.0), OBSTACLE) for k in range(3)
+    )
+    for droplets in found(Scene(three), microscope, 20):
+        assert len(droplets) == 3
+        assert len({droplet.group for droplet in droplets}) == 1
+
+
+def test_cut_droplets_are_kept_and_marked(disc, moving, found, microscope):
+    scene = Scene((moving(disc(18.0), (-10.0, 110.0), (6.0, 0.0), OBSTACLE),))
+    frames = found(scene, microscope, 44)
+    for number, droplets in enumerate(frames):
+        x = -10.0 + 6.0 * number
+        if abs(x - 119.5) < 115:  # enough of it is in view
+            assert len(droplets) == 1
+        for droplet in droplets:
+            assert droplet.cut == (x < 18.5 or x > 239 - 18.5)
+
+
+def test_thin_neck_is_one_droplet(moving, found, microscope):
+    """A neck in which both rings meet, so that no inside shows, does not part a droplet."""
+    angles = np.linspace(0, 2 * np.pi, 200, endpoint=False)
+    # Two lobes, joined by a neck that is 7 pixels wide.
+    reach = 14.0 + 14.0 * np.cos(2 * angles)
+    lobes = np.column_stack([reach * np.cos(angles) * 1.4, reach * np.sin(angles)])
+    lobes[:, 1] = np.where(np.abs(lobes[:, 1]) < 3.5, np.sign(np.sin(angles)) * 3.5, lobes[:, 1])
+    scene = Scene((moving(lobes, (50.0, 120.0), (4.0, 0.0), OBSTACLE),))
+    for droplets in found(scene, microscope, 20):
+        assert len({droplet.group for droplet in droplets}) == 1
+        if len(droplets) == 2:
+            assert droplets[0].whole is not None
+            assert droplets[0].whole.area == pytest.approx(sum(d.area for d in droplets), rel=0.01)
+
+
+@pytest.mark.parametrize("interior", [(226, 142, 172), (120, 170, 210), (190, 200, 120)])
+def test_any_colour_of_dye(disc, moving, found, microscope, interior):
+    look = microscope.replace(interior=interior)
+    frames = found(Scene((crossing(disc, moving),)), look)
+    assert all(len(droplets) == 1 for droplets in frames)
+
+
+def test_given_colour_and_clicks(disc, moving, found, settings, microscope):
+    scene = Scene((crossing(disc, moving),))
+    told = settings.replace(interior=microscope.interior)
+    assert all(len(each) == 1 for each in found(scene, microscope, told=told))
+    other = settings.replace(interior=(90, 200, 120))
+    assert not any(found(scene, microscope, told=other))
+    clicked = settings.replace(clicks=((0, 30.0, 110.0), (10, 100.0, 112.0)))
+    assert all(len(each) == 1 for each in found(scene, microscope, told=clicked))
+
+
+def test_lamp_flicker_and_uneven_light(disc, moving, found, microscope):
+    look = microscope.replace(flicker=0.05, unevenness=0.3)
+    areas = [each[0].area for each in found(Scene((crossing(disc, moving),)), look)]
+    assert np.mean(areas) == pytest.approx(math.pi * 18.0**2, rel=0.01)
+    assert np.std(areas) < 0.01 * np.mean(areas)
+
+
+def test_nothing_is_found_in_nothing(found, microscope):
+    assert not any(found(Scene(()), microscope, 5))
+    assert not any(found(Scene(()), microscope.replace(dust=30), 5))
+
+
+def test_droplet_that_fills_the_frame(disc, moving, found, microscope):
+    scene = Scene((moving(disc(400.0), (120.0, 90.0), (0.0, 0.0)),))
+    for droplets in found(scene, microscope, 3):
+        assert all(droplet.cut for droplet in droplets)
+
+
+def test_trace_is_marching_squares():
+    """The sub-pixel outline encloses what scikit-image's does, on random smooth regions."""
+    from skimage.measure import find_contours
+
+    random = np.random.default_rng(3)
+    for _ in range(10):
+        field = cv2.GaussianBlur(random.normal(size=(60, 70)), (0, 0), 5.0)
+        field[[0, -1]] = field[:, [0, -1]] = -1.0
+        excess = np.rint(3e4 * field).clip(-32000, 32000).astype(np.int16)
+        mask = (excess > 0).astype(np.uint8)
+        walks, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        walks = [walk for walk in walks if len(walk) > 8]
+        theirs = find_contours(excess.astype(float), 0.0, fully_connected="high")
+        areas = sorted(_core.area(np.ascontiguousarray(c[:-1, ::-1])) for c in theirs if len(c) > 8)
+        for outline in trace(walks, excess):
+            area = _core.area(outline)
+            assert min(abs(area - other) for other in areas) < 0.02 * area + 0.3
+            assert not _core.self_intersects(outline)
+
+
+def test_trace_runs_clockwise_through_the_crossings():
+    excess = np.full((9, 9), -10, dtype=np.int16)
+    excess[3:6, 2:7] = 30  # crosses zero three quarters of the way out
+    mask = (excess > 0).astype(np.uint8)
+    walks, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    (outline,) = trace(walks, excess)
+    assert outline[:, 0].min() == 1.25
+    assert outline[:, 0].max() == 6.75
+    assert outline[:, 1].min() == 2.25
+    assert outline[:, 1].max() == 5.75
+    x, y = outline.T
+    turn = np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))
+    assert turn > 0  # clockwise as seen, because y points down
+    assert len(outline) == 16
