@@ -69,7 +69,7 @@ class Chamber(Checked):
     >>> import pinchoff as po
     >>> chamber = po.chamber.Chamber(imaging={"obstacle_radius_um": 60})
     >>> round(chamber.length_um), round(chamber.width_um)
-    (22000, 6000)
+    (22000, 6500)
     >>> len(chamber.obstacles.query("region == 'imaging'"))
     32
     """
