@@ -69,10 +69,8 @@ def test_dxf_is_in_microns_with_a_layer_for_each_region(tmp_path, paper):
 def _signed(points, shape):
     """Area of a ring: positive outside, negative round a hole."""
     ring = Polygon(points)
-    inner = ring.representative_point()
     near = ring.exterior.interpolate(0.0).buffer(1e-3).intersection(ring)
     solid = shape.intersection(near).area > 0.5 * near.area
-    del inner
     return ring.area if solid else -ring.area
 
 

@@ -54,6 +54,13 @@ def test_bad_frames_are_refused(paper, refused, argument, options):
     refused(argument, in_frame, paper, **options)
 
 
+def test_pixels_are_those_of_the_micrometres(paper):
+    table = in_frame(paper, pixel_size_um=4.0)
+    for name in ("obstacle_x", "obstacle_y", "obstacle_radius"):
+        np.testing.assert_allclose(table[f"{name}_px"] * 4.0, table[f"{name}_um"])
+    assert set(table["obstacle_radius_px"]) >= {85 / 4}
+
+
 def test_the_tables_units_are_stated(paper):
     assert paper.obstacles.attrs["units"]["obstacle_x_um"] == "µm"
     assert in_frame(paper).attrs["units"]["obstacle_x_um"] == "µm"

@@ -63,7 +63,9 @@ def in_frame(
     -------
     DataFrame
         As `Chamber.obstacles`, but in the coordinates of the collisions table: µm from the centre
-        of the top left pixel, x to the right and y down. A pillar that the edge cuts is included.
+        of the top left pixel, x to the right and y down; the same in pixels, as film and analysis
+        take obstacles, in ``obstacle_x_px``, ``obstacle_y_px`` and ``obstacle_radius_px``. A pillar
+        that the edge cuts is included.
 
     Raises
     ------
@@ -87,6 +89,9 @@ def in_frame(
         table["obstacle_y_um"] - radius < (height - 0.5) * pixel_size_um
     )
     visible: pd.DataFrame = table[shown].reset_index(drop=True)
+    for name in ("obstacle_x", "obstacle_y", "obstacle_radius"):
+        visible[f"{name}_px"] = visible[f"{name}_um"] / pixel_size_um
+        visible.attrs["units"][f"{name}_px"] = "px"
     return visible
 
 

@@ -53,7 +53,7 @@ def chamber(
         Path | None,
         typer.Argument(
             metavar="[CONFIG.toml]",
-            help="A table for each part, as [imaging]; all may be left out.",
+            help="A table for each part of the device; all may be left out.",
         ),
     ] = None,
     obstacle_radius: Annotated[

@@ -65,11 +65,12 @@ def chamber_design(
     with style.journal_style():
         if axes is None:
             axes = _wide_panel(layout.outline.bounds, len(violations))
+        # As artists, for which no limits are worked out point by point: the chip's are set below.
         for name, shape in layout.regions.items():
             color = REGION_LOOK[name][0]
-            axes.add_patch(shape_patch(shape, facecolor=color, edgecolor="0.25", lw=_RIM))
+            axes.add_artist(shape_patch(shape, facecolor=color, edgecolor="0.25", lw=_RIM))
         for shape in layout.marks.values():
-            axes.add_patch(shape_patch(shape, facecolor="0.45", lw=0))
+            axes.add_artist(shape_patch(shape, facecolor="0.45", lw=0))
         if violations:
             _draw_violations(axes, violations, layout.outline.bounds)
         else:
@@ -139,7 +140,7 @@ def _draw_violations(
     ring = _RING_SHARE * (bounds[2] - bounds[0]) / 1e3
     for violation in violations:
         look = {"facecolor": (*to_rgb(_VIOLATION), 0.5), "edgecolor": _VIOLATION, "lw": 0.5}
-        axes.add_patch(shape_patch(violation.shape, **look, zorder=4))
+        axes.add_artist(shape_patch(violation.shape, **look, zorder=4))
     for number, violation in enumerate(violations[:_RINGED], start=1):
         x, y = violation.x_um / 1e3, violation.y_um / 1e3
         ring_patch = Circle((x, y), ring, fill=False, edgecolor=_VIOLATION, lw=0.9, zorder=5)
