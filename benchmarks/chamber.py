@@ -159,7 +159,7 @@ def convergence_table(results: dict[int, dict[str, Any]]) -> Table:
     ):
         table.add_column(heading, justify="right")
     for elements, row in results.items():
-        shown = [f"{row[name]:.5g}" for name in CONVERGED]
+        shown = [f"{row[name]:.4g}" for name in CONVERGED]
         counts = [f"{row[name]:.0f}" for name in ("triangles", "iterations")]
         cost = [f"{row[name]:.3g}" for name in ("seconds", "cpu_s", "peak_GB")]
         table.add_row(str(elements), *shown, *counts, *cost)
@@ -174,7 +174,7 @@ def main() -> None:
     if arguments.flow:
         print(json.dumps(checked_flow(arguments.flow)))
         return
-    console = Console(width=120)
+    console = Console(width=130)
     seconds = design_seconds(1 if arguments.quick else 5)
     table = Table(title="Design and files, seconds")
     table.add_column("step")
