@@ -257,7 +257,7 @@ def test_comparison_with_the_simulation(done, tmp_path, number):
         0.03 if row["broke"] else 0.2, abs=0.05
     )
     assert found["position_rms_um"] < 5 * 5.28
-    assert found["shape_rms"] < 0.05
+    assert found["shape_rms"] < 0.1  # of a shape parameter that goes from 1 to about 3
     assert found["frames"] > 15
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from pinchoff import _core
 from pinchoff.collisions_file import read_collisions
@@ -30,6 +30,7 @@ Floats = NDArray[np.float64]
 _LEAST_OFFSET, _MOST_OFFSET = 1e-3, 2.0  # D0, between which the start is looked for
 _TOLERANCE = 1e-4  # of the offset, D0
 _GRAZING = 0.01  # S, below which it tells little
+_FEWEST_FRAMES = 3  # that are compared
 _SPEED_ROUNDS = 4  # until speed at contact and capillary number agree
 _AFTER_S = 0.3  # that is compared after the collision's end, seconds
 
@@ -150,19 +151,16 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
     pixel_um = float(result["settings"]["pixel_size_um"])
     run, contact, flow_mm_s = _simulated(row, result["settings"]["contact_distance_um"])
     passage = _placed(run, contact, row, flow_mm_s, pixel_um)
-    seen = _filmed(place, row, pixel_um)
-    filmed, simulated, shapes = [], [], []
-    for _, time, outline in seen:
-        droplets = passage.droplets_at(time)
-        if len(droplets) != 1:
-            break
-        filmed.append(_core.centroid(outline))
-        simulated.append(_core.centroid(droplets[0][1] * pixel_um))
-        shapes.append((_core.shape_parameter(outline), _core.shape_parameter(droplets[0][1])))
-    if len(filmed) < 2:
-        got = f"{len(filmed)} frames"
-        raise InputError.of("collision", "seen in two frames or more", got, "choose another")
-    shape = np.array(shapes)
+    seen = _filmed(place, row)
+    passage = _in_time(passage, seen, pixel_um)
+    filmed, simulated = _both(passage, seen, pixel_um)
+    if len(filmed) < _FEWEST_FRAMES:
+        got, rule = f"{len(filmed)} frames", f"seen whole in {_FEWEST_FRAMES} frames or more"
+        raise InputError.of("--collision", rule, got, "choose another")
+
+    def centres(outlines: list[Floats]) -> Floats:
+        return _along_flow(np.array([_core.centroid(each) for each in outlines]), row)
+
     return Comparison(
         row=row,
         run=run,
@@ -170,11 +168,48 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         passage=passage,
         source=Path(result["clip"]),
         frames=np.array([frame for frame, _, _ in seen[: len(filmed)]]),
-        filmed=_along_flow(np.array(filmed), row),
-        simulated=_along_flow(np.array(simulated), row),
-        filmed_shape=shape[:, 0],
-        simulated_shape=shape[:, 1],
+        filmed=centres(filmed),
+        simulated=centres(simulated),
+        filmed_shape=np.array([_core.shape_parameter(each) for each in filmed]),
+        simulated_shape=np.array([_core.shape_parameter(each) for each in simulated]),
     )
+
+
+_Seen = list[tuple[int, float, Floats]]
+"""Frame, time in seconds and outline in µm of a filmed droplet, again and again."""
+
+
+def _both(passage: Passage, seen: _Seen, pixel_um: float) -> tuple[list[Floats], list[Floats]]:
+    """Return the outlines of film and simulation at equal times, µm, until the latter breaks."""
+    filmed, simulated = [], []
+    for _, time, outline in seen:
+        droplets = passage.droplets_at(time)
+        if len(droplets) != 1:
+            break
+        filmed.append(outline)
+        simulated.append(droplets[0][1] * pixel_um)
+    return filmed, simulated
+
+
+def _in_time(passage: Passage, seen: _Seen, pixel_um: float) -> Passage:
+    """Shift the simulation in time by less than a frame: contact falls between two of them."""
+    interval = min(np.diff([time for _, time, _ in seen]), default=0.0)
+
+    def shifted(shift: float) -> Passage:
+        return passage.moved(passage.start_s + shift, passage.origin, passage.angle)
+
+    def distance(shift: float) -> float:
+        filmed, simulated = _both(shifted(shift), seen, pixel_um)
+        away = [
+            np.subtract(_core.centroid(a), _core.centroid(b))
+            for a, b in zip(filmed, simulated, strict=True)
+        ]
+        return float(np.mean(np.square(away))) if away else math.inf
+
+    if interval == 0.0:
+        return passage
+    found = minimize_scalar(distance, bounds=(-interval, interval), method="bounded")
+    return shifted(float(found.x))
 
 
 def _row(folder: Path, collision_id: int) -> dict[str, Any]:
@@ -264,7 +299,7 @@ def _placed(
     return Passage(run.outlines, diameter_um / pixel_um, unit_s, origin, start, angle)
 
 
-def _filmed(folder: Path, row: dict[str, Any], pixel_um: float) -> list[tuple[int, float, Floats]]:
+def _filmed(folder: Path, row: dict[str, Any]) -> _Seen:
     """Return frame, time and outline, µm, of the droplet before, in and after its collision."""
     tracks = pd.read_parquet(folder / clip_folder.TRACKS)
     own = tracks[(tracks["track_id"] == row["track_id"]) & ~tracks["cut"]]
