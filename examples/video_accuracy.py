@@ -30,7 +30,7 @@ LABORATORY = Laboratory(
     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
 )
 PIXEL_UM = 5.28
-RUNS = 60  # of the engine, in a clip
+RUNS = 50  # of the engine, in a clip
 PAPER_ERROR_OF_S = 0.088
 
 
@@ -204,25 +204,27 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("video-accuracy"))
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    runs = 12 if arguments.quick else RUNS
-    moderate, hard = (kind[:2] if arguments.quick else kind for kind in (MODERATE, HARD))
+    lines: dict[str, dict[str, float]] = {}
+    fits: dict[str, Any] = {}
     with ProcessPoolExecutor(thread_count(None), mp_context=get_context("spawn")) as pool:
-        jobs = [
-            pool.submit(draw, case, arguments.out, runs if case in MODERATE else runs // 2, seed)
-            for seed, case in enumerate([*moderate, *hard], start=100)
-        ]
-        clips = [job.result() for job in jobs]
-        results = list(pool.map(compared, clips))
-    lines = {}
-    for case, result in zip([*moderate, *hard], results, strict=True):
-        lines[case.name] = line_of([result])
-    lines["MODERATE"] = line_of(results[: len(moderate)])
-    lines["HARD"] = line_of(results[len(moderate) :])
-    print(" " * 28 + "".join(f"{name[:9]:>10s}" for name in lines["MODERATE"]))
-    for name, line in lines.items():
-        print(shown(name, line))
-    fits = {} if arguments.quick else law(results[: len(moderate)])
-    print(json.dumps(fits, indent=2))
+        for name, cases, runs in (("MODERATE", MODERATE, RUNS), ("HARD", HARD, RUNS // 2)):
+            if arguments.quick:
+                cases, runs = cases[:2], 12
+            seeds = range(100, 100 + len(cases)) if name == "MODERATE" else range(200, 250)
+            jobs = [
+                pool.submit(draw, case, arguments.out, runs, seed)
+                for case, seed in zip(cases, seeds, strict=False)
+            ]
+            results = list(pool.map(compared, [job.result() for job in jobs]))
+            of_kind = {case.name: line_of([r]) for case, r in zip(cases, results, strict=True)}
+            of_kind[name] = line_of(results)
+            print(" " * 28 + "".join(f"{each[:9]:>10s}" for each in of_kind[name]))
+            for each, line in of_kind.items():
+                print(shown(each, line), flush=True)
+            lines |= of_kind
+            if name == "MODERATE" and not arguments.quick:
+                fits = law(results)
+                print(json.dumps(fits, indent=2), flush=True)
     report = arguments.out / "accuracy.json"
     report.write_text(json.dumps({"lines": lines, "law": fits}, indent=2) + "\n")
     print(f"wrote {report}")
