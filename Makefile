@@ -32,11 +32,13 @@ bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
 	$(BIN)/python benchmarks/law.py
 	$(BIN)/python benchmarks/chamber.py
+	$(BIN)/python benchmarks/video.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
 	$(BIN)/python benchmarks/law.py --quick
 	$(BIN)/python benchmarks/chamber.py --quick
+	$(BIN)/python benchmarks/video.py --quick
 
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))
@@ -74,5 +76,5 @@ $(VENV)/%.stamp: $(VENV)/package.stamp
 	touch $@
 
 EXTRAS_test := test,video,cluster,chamber
-EXTRAS_bench := bench,chamber
+EXTRAS_bench := bench,chamber,video
 EXTRAS_lint := lint,test,video,chamber

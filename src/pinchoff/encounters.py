@@ -52,6 +52,7 @@ FILM_COLUMNS: tuple[Column, ...] = (
     _count("contact_frame", "first frame in contact, from 0"),
     _count("end_frame", "last frame of the collision that was followed"),
     _measure("flow_direction_deg", "°", "the droplet's direction at contact, from x towards y"),
+    _measure("side", "1", "1 where its centre of mass is left of the obstacle, -1 where right"),
     _measure("breakup_frame", "1", "first frame with two droplets"),
     _measure("breakup_time_s", "s", "time of that frame"),
     _measure("breakup_neck_um", "µm", "neck in the last frame before the break-up"),
@@ -202,6 +203,7 @@ class Encounter:
             "contact_frame": self.contact_frame,
             "end_frame": self.end_frame,
             "flow_direction_deg": math.degrees(math.atan2(self.velocity[1], self.velocity[0])),
+            "side": self._side() if known else math.nan,
             "breakup_frame": self.breakup_frame,
             "breakup_time_s": self.breakup_time_s,
             "breakup_neck_um": self.breakup_neck,
@@ -211,6 +213,14 @@ class Encounter:
         groups = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
         row["breakup_number"] = float(breakup_number(*(row[name] for name in groups)))
         return row
+
+    def _side(self) -> float:
+        """Return on which side of the obstacle the droplet's centre of mass passes it."""
+        x, y = _core.centroid(self.outline)
+        vx, vy = self.velocity
+        # Left as one looks along the flow; y points down.
+        left = vy * (x - self.obstacle[0]) - vx * (y - self.obstacle[1])
+        return math.copysign(1.0, left)
 
 
 def encounter_table(

@@ -240,3 +240,31 @@ def test_interrupted_run_goes_on(filmed, tmp_path):
     assert [each.reused for each in result.clips] == [True, False, False]
     assert len(result.collisions) == 6
     assert os.listdir(out / "clips" / "two")  # noqa: PTH208
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_comparison_with_the_simulation(done, tmp_path, number):
+    """A filmed run of the engine, simulated again from what was measured of it."""
+    folder = done / "clips" / "clip"
+    out = tmp_path / "comparison"
+    assert main(["compare", str(folder), "--collision", str(number), "--out", str(out)]) == 0
+    assert {path.name for path in out.iterdir()} == {"comparison.png", "comparison.json"}
+    found = json.loads((out / "comparison.json").read_text(encoding="utf-8"))
+    assert found["simulated_outcome"] == found["measured_outcome"]
+    assert found["simulated"]["symmetry"] == pytest.approx(found["measured"]["symmetry"], abs=0.01)
+    row = po.read_collisions(folder / "collisions.parquet").iloc[number]
+    assert abs(found["simulated"]["offset"]) == pytest.approx(
+        0.03 if row["broke"] else 0.2, abs=0.05
+    )
+    assert found["position_rms_um"] < 5 * 5.28
+    assert found["shape_rms"] < 0.1  # of a shape parameter that goes from 1 to about 3
+    assert found["frames"] > 15
+
+
+def test_comparison_refuses(done, tmp_path, capsys):
+    out = ["--out", str(tmp_path / "out")]
+    assert main(["compare", str(done / "clips" / "clip"), "--collision", "9", *out]) == 2
+    assert "--collision must be from 0 to 1" in capsys.readouterr().err
+    assert main(["compare", str(done), "--collision", "0", *out]) == 2
+    assert "must be the folder of a measured clip" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from pinchoff import _core
 from pinchoff.microscope import Microscope, Passage, Scene, frames
 from pinchoff.outlines import Outlines
 from pinchoff.video.reading import Frame
@@ -51,6 +52,24 @@ def _sliding(shape, radius, below, obstacle, angle=0.0, speed=3.0, fps=60.0):
     lengths = np.hypot(*np.diff(turns, axis=0).T)
     places = np.array(obstacle[:2]) + turns[:, :1] * along + turns[:, 1:] * across
     return _along(shape, places, np.concatenate([[0.0], np.cumsum(lengths / speed)]), obstacle, fps)
+
+
+def _merging(one, other, merged, starts, velocity, frame, obstacle, fps=60.0):
+    """Let two outlines glide until a frame from which on they are one."""
+    flip = np.array([1.0, -1.0])
+    step = np.asarray(velocity) * flip * fps
+    middle = np.average(starts, axis=0, weights=[_core.area(one), _core.area(other)])
+
+    def record(number, shape, start, time):
+        vertices = (np.asarray(shape) + start) * flip + step * time
+        return (number, 0, vertices, np.tile(step, (len(vertices), 1)))
+
+    times = np.array([0.0, 1.0, frame - 1.0, frame, frame + 60.0]) / fps
+    parts = [(0, one, starts[0]), (1, other, starts[1])]
+    frames = [[record(*part, t) for part in parts] for t in times[:3]]
+    frames += [[record(2, merged, middle, t)] for t in times[3:]]
+    mirrored = [[obstacle[0], -obstacle[1], obstacle[2]]]
+    return Passage(Outlines.from_frames(times, frames, mirrored, {}), 1.0, 1.0)
 
 
 def _drawn(scene: Scene, microscope: Microscope, count: int) -> list[Frame]:
@@ -99,6 +118,12 @@ def moving():
 def sliding():
     """Function (shape, radius, below, obstacle, angle, speed, fps) -> Passage."""
     return _sliding
+
+
+@pytest.fixture
+def merging():
+    """Function (one, other, merged, starts, velocity, frame, obstacle) -> Passage."""
+    return _merging
 
 
 @pytest.fixture

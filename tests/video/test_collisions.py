@@ -101,6 +101,16 @@ def test_touching_during_the_collision_is_rejected(disc, moving, sliding, measur
     assert not table["accepted"].any()
 
 
+def test_coalescence_during_the_collision_is_rejected(disc, merging, measured, microscope):
+    both = merging(
+        *(disc(14.0), disc(12.0), disc(math.hypot(14.0, 12.0))),
+        *([(60.0, 112.0), (60.0, 142.0)], (3.0, 0.0), 31, OBSTACLE),
+    )
+    table = measured(Scene((both,)), microscope, 58)
+    assert list(table["reject_reason"]) == ["coalescence"]
+    assert table["contact_frame"][0] == 28
+
+
 def test_neighbour_that_stays_apart_is_no_reason(disc, moving, sliding, measured, microscope):
     one = sliding(disc(20.0), 20.0, 8.0, OBSTACLE)
     beside = moving(disc(12.0), (60.0, 160.0), (3.0, 0.0), OBSTACLE)

@@ -16,6 +16,7 @@ import typer
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
+from pinchoff.cli.compare import compare
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.reproduce import reproduce
@@ -50,6 +51,7 @@ app.command()(reproduce)
 app.command()(chamber)
 app.command()(film)
 app.command()(video)
+app.command()(compare)
 
 
 def _print_version(wanted: bool) -> None:

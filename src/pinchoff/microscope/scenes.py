@@ -76,6 +76,7 @@ def lane_scene(
     *,
     lanes: int | None = None,
     angle: float = 0.0,
+    gap_px: float = GAP_PX,
     seed: int = 0,
 ) -> tuple[Scene, int]:
     """Let runs pass one obstacle in each of several lanes, as many as fit, one after the other.
@@ -91,6 +92,8 @@ def lane_scene(
         How many obstacles stand across the flow; by default as many as there is room for.
     angle : float, optional
         Direction of the flow, radians from x towards y.
+    gap_px : float, optional
+        Least distance between the boxes round two droplets, pixels.
     seed : int, optional
         Of the pauses between droplets.
 
@@ -110,7 +113,7 @@ def lane_scene(
     random = np.random.default_rng(seed)
     along, across = _extent(microscope, angle)
     tracks = [_track(passage, microscope.fps, along) for passage in passages]
-    count = lanes or _lane_count(tracks, across)
+    count = lanes or _lane_count(tracks, across, gap_px)
     centres = ((np.arange(count) + 0.5) / count * across - across / 2).tolist()
     shifts = (along * _STAGGER * np.where(np.arange(count) % 2, 1.0, -1.0) * (count > 1)).tolist()
     slots: list[list[_Slot]] = [[] for _ in range(count)]
@@ -126,7 +129,7 @@ def lane_scene(
         earliest = slots[lane][-1].first_frame if slots[lane] else 0
         earliest += int(random.integers(1, 12))
         near = [slot for j in (lane - 1, lane, lane + 1) if 0 <= j < count for slot in slots[j]]
-        first = _first_free(here, near, earliest)
+        first = _first_free(here, near, earliest, gap_px)
         slots[lane].append(_Slot(first, here, track.stays))
         end = max(end, first + min(len(here), _STAY_SHOWN if track.stays else len(here)))
         cosine, sine = math.cos(angle), math.sin(angle)
@@ -165,25 +168,25 @@ def _track(passage: Passage, fps: float, along: float) -> _Slot:
     return _Slot(first, np.array(found), len(found) == _MOST_FRAMES)
 
 
-def _lane_count(tracks: Sequence[_Slot], across: float) -> int:
+def _lane_count(tracks: Sequence[_Slot], across: float, gap: float) -> int:
     widest = max(float((track.boxes[:, 3] - track.boxes[:, 1]).max()) for track in tracks)
-    return max(1, int(across / (widest + 2 * GAP_PX)))
+    return max(1, int(across / (widest + 2 * gap)))
 
 
-def _first_free(boxes: Floats, others: Sequence[_Slot], earliest: int) -> int:
+def _first_free(boxes: Floats, others: Sequence[_Slot], earliest: int, gap: float) -> int:
     """Return the first frame from `earliest` on at which nothing comes near to anything."""
     frame = earliest
-    while any(_meet(boxes, frame, other) for other in others):
+    while any(_meet(boxes, frame, other, gap) for other in others):
         frame += 1
     return frame
 
 
-def _meet(boxes: Floats, first_frame: int, other: _Slot) -> bool:
+def _meet(boxes: Floats, first_frame: int, other: _Slot, gap: float) -> bool:
     first = max(first_frame, other.first_frame)
     last = min(first_frame + len(boxes), other.first_frame + len(other.boxes))
     if first >= last:
         return False
     a = boxes[first - first_frame : last - first_frame]
     b = other.boxes[first - other.first_frame : last - other.first_frame]
-    apart = (a[:, :2] > b[:, 2:] + GAP_PX) | (b[:, :2] > a[:, 2:] + GAP_PX)
+    apart = (a[:, :2] > b[:, 2:] + gap) | (b[:, :2] > a[:, 2:] + gap)
     return bool(np.any(~apart.any(axis=1)))

@@ -14,7 +14,7 @@ from pinchoff.video.reading import Frame
 Pixels = NDArray[np.uint8]
 Image = NDArray[np.float32]
 
-SAMPLE_SIZE = 32
+SAMPLE_SIZE = 24
 """Frames, spread evenly over the clip, from which the background is taken."""
 
 _GRID = 16  # the lamp is compared on every 16th pixel of every 16th row

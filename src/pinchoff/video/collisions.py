@@ -182,8 +182,14 @@ class CollisionFinder:
     def _looked_at(
         self, number: int, follower: _Follower, frame: int, droplet: Droplet
     ) -> list[Encounter]:
-        reach = np.hypot(*(droplet.outline - (droplet.x, droplet.y)).T).max()
+        if not len(self._obstacles):
+            return []
         distances = np.hypot(*(self._obstacles[:, :2] - (droplet.x, droplet.y)).T)
+        beyond = distances - (1.0 + RELEASE) * self._obstacles[:, 2]
+        # Nothing of a droplet is farther from its centre than half its perimeter.
+        if not follower.meetings and beyond.min() > len(droplet.outline):
+            return []
+        reach = np.hypot(*(droplet.outline - (droplet.x, droplet.y)).T).max()
         near = np.flatnonzero(
             distances - self._obstacles[:, 2] - reach <= RELEASE * self._obstacles[:, 2]
         )

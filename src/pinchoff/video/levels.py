@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -21,12 +21,14 @@ from pinchoff.video.reading import Frame
 from pinchoff.video.segmentation import Levels, Segmenter
 from pinchoff.video.settings import VideoSettings
 
+T = TypeVar("T")
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]
 
 _FIRST_EDGE = 0.5  # of the ring's darkness, before the profile is known
 _RING_QUANTILE = 0.98  # of what is clearly darker than the fluid
 _CLEARLY = 6.0  # standard deviations of the noise
+_FEW = 8  # frames, about, from which colour and profile are taken
 _MARGIN_PX = 4  # round droplets, where the background is not learned
 _PROFILE_STEP = 0.25  # pixels
 _PROFILE = np.arange(-12.0, 3.0 + 1e-9, _PROFILE_STEP)  # across outlines, outwards, pixels
@@ -69,7 +71,8 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         if len(frames) > 2:
             background = masked_background(frames, masks, background)
         outlines = [[d.outline for d in each if not d.cut and d.group < 0] for each in found]
-        profile = _profile(frames, outlines, Segmenter(background, levels), background)
+        sides = (_few(frames), _few(outlines))
+        profile = _profile(*sides, Segmenter(background, levels), background)
         if profile is not None:
             if settings.edge_level is None:
                 levels = replace(levels, edge=_level_of_steepest(profile, levels))
@@ -108,13 +111,13 @@ def _colour(
     if settings.clicks:
         return _clicked(frames, background, settings)
     segmenter = Segmenter(background, replace(levels, colour=np.zeros(3)))
-    seen, weights = [], []
-    for frame in frames:
-        for droplet in segmenter.droplets(frame):
-            inner = _core_of(droplet.outline, frame.luma.shape)
-            if inner is not None:
+    seen = []
+    for frame in _few(frames):
+        found = segmenter.droplets(frame)
+        if found:
+            inner = _cores([droplet.outline for droplet in found], frame.luma.shape)
+            if inner.any():
                 seen.append(_contrast(frame, background, inner))
-                weights.append(droplet.area)
     if not seen:
         return np.zeros(3)
     colour: Floats = np.median(np.array(seen), axis=0)
@@ -139,13 +142,19 @@ def _clicked(frames: Sequence[Frame], background: Background, settings: VideoSet
     return clicked
 
 
-def _core_of(outline: Floats, shape: tuple[int, ...]) -> Pixels | None:
-    """Return a mask of the middle of a droplet, away from its ring."""
+def _few(frames: Sequence[T]) -> Sequence[T]:
+    """Return some of the frames, spread evenly: enough for what droplets have in common."""
+    return frames[:: max(1, len(frames) // _FEW)]
+
+
+def _cores(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
+    """Return a mask of the middles of droplets, away from their rings."""
     mask = np.zeros(shape[:2], dtype=np.uint8)
-    cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 255)
-    depth = cv2.distanceTransform(mask, cv2.DIST_L2, 3)
-    deepest = float(depth.max())
-    return cv2.compare(depth, 0.7 * deepest, cv2.CMP_GT) if deepest > 3.0 else None
+    for outline in outlines:
+        # Towards the centre by half: within the droplet, whatever its size, if it is not bent.
+        middle = outline.mean(axis=0)
+        cv2.fillPoly(mask, [np.rint(middle + 0.5 * (outline - middle)).astype(np.int32)], 255)
+    return mask
 
 
 def _contrast(frame: Frame, background: Background, mask: Pixels) -> Floats:

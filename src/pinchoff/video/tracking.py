@@ -249,6 +249,8 @@ def _explained(
     A partner may have been found for the larger of two daughters, whose area differs little from
     its mother's, or for the larger of two droplets that merged: then it takes part too.
     """
+    if not tracks and not free:
+        return []
     tolerance = tracker.settings.area_tolerance
     flow = tracker._flow
     events: list[tuple[list[_Track], list[int]]] = []

@@ -1,0 +1,90 @@
+"""A filmed collision with its simulation in red, and the two in numbers [paper, appendix B]."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from pinchoff.figures import style
+from pinchoff.files import written_aside
+from pinchoff.video.overlay import rgb_of
+from pinchoff.video.reading import Clip
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from pinchoff.video.comparison import Comparison
+
+_PANELS = 6
+_SIMULATED = "#d00000"
+_REACH = 7.0  # obstacle radii shown on either side of its centre
+
+
+def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> None:
+    """Draw six frames with the simulated outline in red, and y(x) and 𝒜(x) of both.
+
+    Parameters
+    ----------
+    path : path
+        The picture; its suffix chooses the format.
+    comparison : Comparison
+    """
+    with style.journal_style():
+        figure = Figure(figsize=(style.TWO_COLUMNS, 5.6), layout="constrained")
+        grid = figure.add_gridspec(3, _PANELS, height_ratios=(1.15, 1.0, 1.0))
+        chosen = np.unique(np.linspace(0, len(comparison.frames) - 1, _PANELS).round().astype(int))
+        images = _images(comparison, {int(comparison.frames[k]) for k in chosen})
+        for column, k in enumerate(chosen.tolist()):
+            _draw_frame(figure.add_subplot(grid[0, column]), comparison, k, images)
+        _draw_path(figure.add_subplot(grid[1, :]), comparison)
+        _draw_shape(figure.add_subplot(grid[2, :]), comparison)
+        with written_aside(Path(path)) as unfinished:
+            figure.savefig(unfinished)
+
+
+def _images(comparison: Comparison, wanted: set[int]) -> dict[int, tuple[float, NDArray[np.uint8]]]:
+    found = {}
+    for frame in Clip(comparison.source).frames():
+        if frame.number in wanted:
+            found[frame.number] = (frame.time_s, rgb_of(frame))
+        if len(found) == len(wanted):
+            break
+    return found
+
+
+def _draw_frame(
+    axes: Axes,
+    comparison: Comparison,
+    k: int,
+    images: dict[int, tuple[float, NDArray[np.uint8]]],
+) -> None:
+    time, image = images[int(comparison.frames[k])]
+    axes.imshow(image)
+    for _, outline in comparison.passage.droplets_at(time):
+        closed = np.vstack([outline, outline[:1]])
+        axes.plot(*closed.T, color=_SIMULATED, lw=0.8)
+    x, y, radius = comparison.passage.obstacles[0]
+    reach = _REACH * radius
+    axes.set(xlim=(x - reach, x + reach), ylim=(y + reach, y - reach), xticks=[], yticks=[])
+    since = (time - comparison.row["contact_time_s"]) * 1e3
+    axes.set_title(f"{since:.0f} ms")
+
+
+def _draw_path(axes: Axes, comparison: Comparison) -> None:
+    axes.plot(*comparison.simulated.T, color=_SIMULATED, label="simulation")
+    axes.plot(*comparison.filmed.T, "o", ms=2.5, color=style.INK, label="film")
+    axes.set(xlabel="$x_{CM}$ [µm]", ylabel="$y_{CM}$ [µm]")
+    axes.set_title(f"root mean square distance {comparison.position_rms_um:.1f} µm", loc="right")
+    axes.legend()
+
+
+def _draw_shape(axes: Axes, comparison: Comparison) -> None:
+    axes.plot(comparison.simulated[:, 0], comparison.simulated_shape, color=_SIMULATED)
+    axes.plot(comparison.filmed[:, 0], comparison.filmed_shape, "o", ms=2.5, color=style.INK)
+    axes.set(xlabel="$x_{CM}$ [µm]", ylabel=r"shape parameter $\mathcal{A}$")
+    axes.set_title(f"root mean square difference {comparison.shape_rms:.3f}", loc="right")
