@@ -1,6 +1,7 @@
 # make demo       simulate the default collision, write its results and pictures to demo/
 # make test       the fast tests            make test-slow  the others too
 # make bench      speed beside three plain programs of the same physics
+# make docs       the site, in build/docs; open build/docs/index.html
 # make lint       style, types, formatting  make format     lay the code out anew
 #
 # Each needs only python3 (with venv), make and a C++20 compiler; CMake and Ninja come from PyPI.
@@ -15,9 +16,9 @@ WHEELS := build/wheel
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
     $(shell find include src -type f -not -path '*/__pycache__/*')
 CPP := $(shell find include src benchmarks -name '*.[ch]pp')
-PY := src tests benchmarks examples
+PY := src tests benchmarks examples docs
 
-.PHONY: demo test test-slow bench bench-quick lint format clean
+.PHONY: demo test test-slow bench bench-quick docs lint format clean
 
 demo: $(VENV)/package.stamp
 	$(BIN)/pinchoff run --out demo --overwrite
@@ -37,6 +38,10 @@ bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
 	$(BIN)/python benchmarks/law.py --quick
 	$(BIN)/python benchmarks/chamber.py --quick
+
+docs: $(VENV)/docs.stamp
+	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
+	@echo "see build/docs/index.html"
 
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))
@@ -75,4 +80,5 @@ $(VENV)/%.stamp: $(VENV)/package.stamp
 
 EXTRAS_test := test,video,cluster,chamber
 EXTRAS_bench := bench,chamber
+EXTRAS_docs := docs,all
 EXTRAS_lint := lint,test,video,chamber
