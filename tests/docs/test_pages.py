@@ -20,7 +20,7 @@ PAGES = sorted(
     for folder in ("tutorials", "how-to", "theory")
     for path in (DOCS / folder).glob("*.md")
 )
-SLOW = ("how-to/calibrate.md", "tutorials/film-to-law.md")
+SLOW = ("how-to/calibrate.md", "how-to/reproduce.md", "tutorials/film-to-law.md")
 NEEDS = {"how-to/cluster.md": "distributed", "tutorials/film-to-law.md": "pinchoff.microscope"}
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
