@@ -1,6 +1,8 @@
 # make demo       simulate the default collision, write its results and pictures to demo/
 # make test       the fast tests            make test-slow  the others too
 # make bench      speed beside three plain programs of the same physics
+# make docs       the site, in build/docs; open build/docs/index.html
+# make wheel      what is published, in dist/: the sdist and this machine's wheel
 # make lint       style, types, formatting  make format     lay the code out anew
 #
 # Each needs only python3 (with venv), make and a C++20 compiler; CMake and Ninja come from PyPI.
@@ -15,9 +17,9 @@ WHEELS := build/wheel
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
     $(shell find include src -type f -not -path '*/__pycache__/*')
 CPP := $(shell find include src benchmarks -name '*.[ch]pp')
-PY := src tests benchmarks examples
+PY := src tests benchmarks examples docs/conf.py docs/_extensions
 
-.PHONY: demo test test-slow bench bench-quick lint format clean
+.PHONY: demo test test-slow bench bench-quick docs wheel lint format clean
 
 demo: $(VENV)/package.stamp
 	$(BIN)/pinchoff run --out demo --overwrite
@@ -40,6 +42,15 @@ bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/chamber.py --quick
 	$(BIN)/python benchmarks/video.py --quick
 
+docs: $(VENV)/docs.stamp
+	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
+	@echo "see build/docs/index.html"
+
+wheel: $(VENV)/test.stamp
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/python -m twine check --strict dist/*
+
 lint: $(VENV)/lint.stamp
 	$(BIN)/ruff check $(wildcard $(PY))
 	$(BIN)/ruff format --check $(wildcard $(PY))
@@ -52,7 +63,7 @@ format: $(VENV)/lint.stamp
 	$(BIN)/clang-format -i $(CPP)
 
 clean:
-	rm -rf $(VENV) build demo benchmarks/results
+	rm -rf $(VENV) build demo dist benchmarks/results
 
 $(VENV)/venv.stamp:
 	$(PYTHON) -m venv $(VENV)
@@ -77,4 +88,5 @@ $(VENV)/%.stamp: $(VENV)/package.stamp
 
 EXTRAS_test := test,video,cluster,chamber
 EXTRAS_bench := bench,chamber,video
+EXTRAS_docs := docs,all
 EXTRAS_lint := lint,test,video,chamber

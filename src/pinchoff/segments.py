@@ -54,7 +54,7 @@ def symmetry_of_impact(relative_impact: ArrayLike) -> Floats:
     Parameters
     ----------
     relative_impact : array_like, shape (...)
-        |b|/D; S is 0 from 1/2 on, where the centreline misses the droplet.
+        The size of b over D; S is 0 from 1/2 on, where the centreline misses the droplet.
     """
     distance = np.minimum(np.abs(np.asarray(relative_impact, dtype=np.float64)), 0.5)
     return symmetry_of_height(0.5 - distance)

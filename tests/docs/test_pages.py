@@ -1,0 +1,65 @@
+"""The examples of the site's tutorials and how-to pages run, one after the other, as they stand.
+
+A page's blocks share a folder with the clone's examples and headers: ``sh`` is run by a shell,
+``python`` in one session, and a block that begins with the name of a file is written to it.
+``console`` shows what to type elsewhere and is not run.
+"""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted(
+    path.relative_to(DOCS).as_posix()
+    for folder in ("tutorials", "how-to", "theory")
+    for path in (DOCS / folder).glob("*.md")
+)
+SLOW = ("how-to/calibrate.md", "how-to/reproduce.md", "tutorials/film-to-law.md")
+NEEDS = {"how-to/cluster.md": "distributed", "tutorials/film-to-law.md": "pinchoff.microscope"}
+
+_BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
+_FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(p, marks=pytest.mark.slow if p in SLOW else ()) for p in PAGES]
+)
+def test_examples_run(page, tmp_path, monkeypatch):
+    pytest.importorskip(NEEDS.get(page, "pinchoff"), reason="its extra is not installed")
+    monkeypatch.chdir(tmp_path)
+    for folder in ("examples", "include"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    session: dict[str, object] = {}
+    for language, text in _BLOCK.findall((DOCS / page).read_text(encoding="utf-8")):
+        if named := _FILE.match(text):
+            (tmp_path / named[1]).write_text(text, encoding="utf-8")
+        elif language == "sh":
+            run_shell(text)
+        elif language == "python":
+            exec(compile(text, page, "exec"), session)
+
+
+def run_shell(text):
+    """Run lines of a shell, with the commands of this environment; the first failure ends it."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    done = subprocess.run(
+        ["sh", "-eu", "-c", text],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PATH": path},
+    )
+    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+
+
+def test_every_tutorial_and_how_to_has_examples():
+    for page in PAGES:
+        if not page.startswith("theory/"):
+            languages = {language for language, _ in _BLOCK.findall((DOCS / page).read_text())}
+            assert languages & {"sh", "python"}, page
