@@ -113,5 +113,7 @@ def _announce(made: Reproduction, page: Path) -> None:
     for number in made.numbers:
         if number.verdict == "differs":
             print(f"differs: {number.name}: paper {number.paper}, ours {number.ours}")
+    for name, reason in made.left_out.items():
+        print(f"warning: figure {name} is left out: {reason}", file=sys.stderr)
     print(f"{len(made.figures)} figures; {made.seconds:.0f} s")
     print(f"wrote {page}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
-from pinchoff.files import written_aside
+from pinchoff.figures.separating_line import write_figure
 from pinchoff.video.overlay import rgb_of
 from pinchoff.video.reading import Clip
 
@@ -22,29 +21,46 @@ if TYPE_CHECKING:
 
 _PANELS = 6
 _SIMULATED = "#d00000"
-_REACH = 7.0  # obstacle radii shown on either side of its centre
+_REACH = 5.0  # obstacle radii shown on either side of its centre
 
 
 def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> None:
+    """Write the figure of a comparison; the suffix chooses its format."""
+    write_figure(path, compared(comparison)[-1])
+
+
+def compared(comparison: Comparison) -> list[Axes]:
     """Draw six frames with the simulated outline in red, and y(x) and 𝒜(x) of both.
 
     Parameters
     ----------
-    path : path
-        The picture; its suffix chooses the format.
     comparison : Comparison
+
+    Returns
+    -------
+    list of Axes
+        Of a new figure across two columns: the frames, then y(x) and 𝒜(x).
     """
     with style.journal_style():
         figure = Figure(figsize=(style.TWO_COLUMNS, 5.6), layout="constrained")
         grid = figure.add_gridspec(3, _PANELS, height_ratios=(1.15, 1.0, 1.0))
-        chosen = np.unique(np.linspace(0, len(comparison.frames) - 1, _PANELS).round().astype(int))
+        shown = _shown(comparison)
+        chosen = shown[np.unique(np.linspace(0, len(shown) - 1, _PANELS).round().astype(int))]
         images = _images(comparison, {int(comparison.frames[k]) for k in chosen})
-        for column, k in enumerate(chosen.tolist()):
-            _draw_frame(figure.add_subplot(grid[0, column]), comparison, k, images)
-        _draw_path(figure.add_subplot(grid[1, :]), comparison)
-        _draw_shape(figure.add_subplot(grid[2, :]), comparison)
-        with written_aside(Path(path)) as unfinished:
-            figure.savefig(unfinished)
+        frames = [figure.add_subplot(grid[0, column]) for column in range(len(chosen))]
+        for panel, k in zip(frames, chosen.tolist(), strict=True):
+            _draw_frame(panel, comparison, k, images)
+        path, shape = (figure.add_subplot(grid[row, :]) for row in (1, 2))
+        _draw_path(path, comparison)
+        _draw_shape(shape, comparison)
+        return [*frames, path, shape]
+
+
+def _shown(comparison: Comparison) -> NDArray[np.intp]:
+    """Return which of the frames have the droplet's centre well within the pictures."""
+    reach = 0.75 * _REACH * comparison.row["obstacle_radius_um"]
+    inside = np.flatnonzero(np.abs(comparison.filmed).max(axis=1) < reach)
+    return inside if len(inside) else np.arange(len(comparison.frames))
 
 
 def _images(comparison: Comparison, wanted: set[int]) -> dict[int, tuple[float, NDArray[np.uint8]]]:
@@ -72,7 +88,7 @@ def _draw_frame(
     reach = _REACH * radius
     axes.set(xlim=(x - reach, x + reach), ylim=(y + reach, y - reach), xticks=[], yticks=[])
     since = (time - comparison.row["contact_time_s"]) * 1e3
-    axes.set_title(f"{since:.0f} ms")
+    axes.set_title(f"{since:.0f} ms".replace("-", "\N{MINUS SIGN}"))
 
 
 def _draw_path(axes: Axes, comparison: Comparison) -> None:

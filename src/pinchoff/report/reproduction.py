@@ -60,6 +60,9 @@ def reproduction_page(made: Reproduction) -> Page:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
         page.figure(figure.png, figure.figure.caption)
         page.paragraph(f"From: {figure.how}. For papers: {figure.pdf.name}.")
+    if made.left_out:
+        page.section("Figures that were left out")
+        page.facts({f"Figure {name}": reason for name, reason in made.left_out.items()})
     page.section("Provenance")
     settings = made.settings
     page.facts(

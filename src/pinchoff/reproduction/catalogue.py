@@ -37,6 +37,8 @@ class PaperFigure(NamedTuple):
         From a study to the axes of ours.
     experiment : bool
         Whether it shows the experiment, so that it is synthetic unless there is a real one.
+    extra : str
+        What must be installed beside the package itself: "chamber" or "video"; empty: nothing.
     """
 
     name: str
@@ -45,6 +47,7 @@ class PaperFigure(NamedTuple):
     how: str
     draw: Callable[[Study], Axes]
     experiment: bool = False
+    extra: str = ""
 
 
 def _sequences(study: Study) -> Axes:
@@ -69,6 +72,23 @@ def _daughters(study: Study) -> Axes:
 def _necks(study: Study) -> Axes:
     table = study.collisions.table if study.measured else study.simulated
     return neck_histograms(table, median_history())[0]
+
+
+def _device(_: Study) -> Axes:
+    from pinchoff.chamber import Chamber
+    from pinchoff.figures.chamber import chamber_design
+
+    return chamber_design(Chamber())
+
+
+def _filmed(figure: str) -> Callable[[Study], Axes]:
+    def draw(study: Study) -> Axes:
+        from pinchoff.figures.comparison import compared
+        from pinchoff.reproduction.filming import filmed_comparison
+
+        return compared(filmed_comparison(study.folder, figure, study.seed))[-1]
+
+    return draw
 
 
 FIGURES = (
@@ -158,6 +178,34 @@ FIGURES = (
         "engine",
         _necks,
         experiment=True,
+    ),
+    PaperFigure(
+        "A",
+        "The device",
+        "The microfluidic chamber with its seven regions. Its length, thickness and obstacles are "
+        "the paper's, the other lengths ours.",
+        "chamber design",
+        _device,
+        extra="chamber",
+    ),
+    PaperFigure(
+        "B1",
+        "A small droplet",
+        "A droplet of D0/R = 0.78: frames of a film with the simulation of the measured "
+        "collision in red, its path and its shape. The film is not the paper's: it shows a "
+        "simulated droplet, at 2.64 µm a pixel; what agrees is the measurement with what was "
+        "filmed.",
+        "film of the engine",
+        _filmed("B1"),
+        extra="video",
+    ),
+    PaperFigure(
+        "B2",
+        "A large droplet",
+        "The same for D0/R = 2.5, at the paper's 5.28 µm a pixel.",
+        "film of the engine",
+        _filmed("B2"),
+        extra="video",
     ),
     PaperFigure(
         "C",

@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,9 @@ NUMBERS = "numbers"
 
 ITEMS = (*(figure.name for figure in FIGURES), NUMBERS)
 """What can be made, by name."""
+
+
+_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}  # of the extras
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,8 @@ class Reproduction:
     figures : list of MadeFigure
     numbers : list of Number
         Empty where they were not asked for.
+    left_out : dict of str to str
+        Figures that could not be made, and why.
     settings : dict
         Version, seed, quick or not, and the experiment's digest.
     seconds : float
@@ -70,6 +76,7 @@ class Reproduction:
     path: Path
     figures: list[MadeFigure]
     numbers: list[Number]
+    left_out: dict[str, str]
     settings: dict[str, Any]
     seconds: float
 
@@ -115,7 +122,8 @@ def reproduce(
     folder.mkdir(parents=True, exist_ok=True)
     with written_aside(folder / SETTINGS) as unfinished:
         unfinished.write_text(_json(settings), encoding="utf-8")
-    study = Study(seed, quick, experiment)
+    study = Study(seed, quick, experiment, folder)
+    left_out: dict[str, str] = {}
     figures: list[MadeFigure] = []
     found: list[Number] = []
     seconds = 0.0
@@ -126,10 +134,21 @@ def reproduce(
             found, took = _numbers(study, folder)
         else:
             figure = next(each for each in FIGURES if each.name == name)
+            absent = _absent(figure.extra)
+            if absent:
+                left_out[name] = (
+                    f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
+                )
+                continue
             figures.append(_figure(figure, study, folder))
             took = figures[-1].seconds
         seconds += took
-    return Reproduction(folder, figures, found, settings, seconds)
+    return Reproduction(folder, figures, found, left_out, settings, seconds)
+
+
+def _absent(extra: str) -> str:
+    """Return the first module of an extra that is not installed; empty if all are."""
+    return next((name for name in _MODULES.get(extra, ()) if find_spec(name) is None), "")
 
 
 def _wanted(only: Iterable[str] | None) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.boundaries import boundary
@@ -48,11 +49,14 @@ class Study:
         Fewer and coarser simulations.
     experiment : ImportedCollisions or None
         Real collisions, which take the place of the virtual experiment.
+    folder : Path
+        Where films and what is measured on them are kept.
     """
 
     seed: int = 1
     quick: bool = False
     experiment: ImportedCollisions | None = None
+    folder: Path = Path()
 
     @property
     def measured(self) -> bool:
