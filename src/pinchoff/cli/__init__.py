@@ -40,18 +40,16 @@ app = typer.Typer(
     add_completion=False,
     rich_markup_mode="rich",
 )
-app.command()(run)
-app.command()(sweep)
-app.command()(summary)
-app.command()(boundary)
-app.command()(calibrate)
-app.command()(fit)
-app.command()(virtual)
-app.command()(reproduce)
-app.command()(chamber)
-app.command()(film)
-app.command()(video)
-app.command()(compare)
+_COMMANDS = {
+    "Simulate": (run, sweep, summary, boundary, calibrate),
+    "Measure": (video, compare, film),
+    "The break-up law": (fit, virtual),
+    "The device": (chamber,),
+    "The paper": (reproduce,),
+}
+for _heading, _commands in _COMMANDS.items():
+    for _command in _commands:
+        app.command(rich_help_panel=_heading)(_command)
 
 
 def _print_version(wanted: bool) -> None:
