@@ -36,11 +36,11 @@ def test_the_papers_variants_can_be_made(radius, thickness):
 
 def test_a_toml_file_has_a_table_for_each_part(tmp_path):
     config = tmp_path / "device.toml"
-    text = "thickness_um = 45\n[imaging]\nrows = 3\nstagger = 0\n[rules]\non_violation = 'warn'\n"
+    text = "thickness_um = 45\n[imaging]\nrows = 6\nstagger = 0\n[rules]\non_violation = 'warn'\n"
     config.write_text(text, encoding="utf-8")
     chamber = Chamber.from_toml(config)
     assert chamber == Chamber(
-        thickness_um=45, imaging={"rows": 3, "stagger": 0}, rules={"on_violation": "warn"}
+        thickness_um=45, imaging={"rows": 6, "stagger": 0}, rules={"on_violation": "warn"}
     )
 
 
@@ -81,8 +81,16 @@ def test_a_file_that_is_no_design_is_refused(tmp_path, refused, text):
         ("inlets.post_gap_um", {"thickness_um": 400}),  # too deep for its width
         ("junction.channel_width_um", {"junction": {"channel_width_um": 70}}),
         ("expansion.divider_um", {"expansion": {"divider_um": 10}}),
+        ("junction.taper_length_um", {"junction": {"taper_length_um": 4000}}),
+        ("imaging.rows", {"imaging": {"rows": 2}}),  # the extra inlets' channels meet no wall
+        ("imaging.rows", {"oil_inputs": {"port_diameter_um": 5000}}),
+        ("oil_inputs.channel_width_um", {"oil_inputs": {"channel_width_um": 1300}}),
+        ("inlets.port_diameter_um", {"junction": {"water_width_um": 1150}}),
+        ("inlets.port_diameter_um", {"inlets": {"post_diameter_um": 1500}}),
+        ("inlets.trap_length_um", {"inlets": {"trap_length_um": 100}}),
+        ("inlets.wall_um", {"junction": {"channel_width_um": 1900}}),
         ("exit.width_um", {"exit": {"width_um": 7000, "port_diameter_um": 8000}}),
-        ("exit.port_diameter_um", {"exit": {"port_diameter_um": 500}}),
+        ("exit.width_um", {"exit": {"port_diameter_um": 500}}),
         ("mask.polarity", {"mask": {"polarity": "dark"}}),
         ("mask.chord_tolerance_um", {"mask": {"chord_tolerance_um": 0.6}}),
         ("mask.label", {"mask": {"label": "µ"}}),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Self
 
 from pydantic import BeforeValidator, model_validator
 
@@ -219,44 +220,84 @@ def _narrow(name: str, width: float, least: float) -> None:
     )
 
 
+class _Limit(NamedTuple):
+    """What a parameter must be at least or at most for the parts to fit."""
+
+    name: str
+    value: float
+    least: float
+    most: float
+    why: str
+
+
 def _require_chain(chamber: Chamber) -> None:
-    """Refuse widths that do not follow each other: narrow, then wide, then narrow."""
-    junction, inlets, expansion = chamber.junction, chamber.inlets, chamber.expansion
-    for name, value, least, what in (
-        (
-            "junction.channel_width_um",
-            junction.channel_width_um,
-            junction.orifice_width_um,
-            "junction.orifice_width_um",
-        ),
-        (
-            "inlets.port_diameter_um",
-            inlets.port_diameter_um,
-            junction.water_width_um,
-            "junction.water_width_um",
-        ),
-        (
-            "inlets.port_diameter_um",
-            inlets.port_diameter_um / 2 + inlets.wall_um,
-            junction.channel_width_um / 2 + expansion.divider_um,
-            "half the droplets' channel and its divider, less inlets.wall_um",
-        ),
-        (
-            "imaging.rows",
-            chamber.width_um / 2,
-            inlets.port_diameter_um / 2 + inlets.wall_um + inlets.arm_width_um,
-            "the oil channels' outer walls: the chamber is rows * pitch_um and two flanks wide",
-        ),
-        (
-            "exit.port_diameter_um",
-            chamber.exit.port_diameter_um,
-            chamber.exit.width_um,
-            "exit.width_um",
-        ),
-    ):
-        if value < least:
-            rule = f"at least as wide as {what}, {least:g} µm"
-            raise InputError.of(name, rule, f"{value:g} µm", "widen it, or narrow the other")
-    if chamber.exit.width_um > chamber.width_um:
-        rule = f"at most the chamber's width, {chamber.width_um:g}"
-        raise InputError.of("exit.width_um", rule, chamber.exit.width_um, "lower it")
+    """Refuse parts that do not join: each limit is one of the parameter that is named."""
+    for name, value, least, most, why in (*_inlet_limits(chamber), *_chamber_limits(chamber)):
+        if not least <= value <= most:
+            limit = f"at least {least:g}" if value < least else f"at most {most:g}"
+            advice = "raise it" if value < least else "lower it"
+            raise InputError.of(name, f"{limit}, {why}", value, f"{advice}, or change the other")
+
+
+def _inlet_limits(chamber: Chamber) -> Iterator[_Limit]:
+    inlets, junction, extra = chamber.inlets, chamber.junction, chamber.oil_inputs
+    pitch = inlets.post_diameter_um + inlets.post_gap_um
+    yield _Limit(
+        "inlets.port_diameter_um",
+        inlets.port_diameter_um,
+        junction.water_width_um + pitch,
+        math.inf,
+        "the water channel and a post with its gap",
+    )
+    yield _Limit(
+        "inlets.trap_length_um", inlets.trap_length_um, pitch, math.inf, "a post with its gap"
+    )
+    yield _Limit(
+        "inlets.wall_um",
+        inlets.wall_um,
+        (junction.channel_width_um - inlets.port_diameter_um) / 2 + chamber.expansion.divider_um,
+        math.inf,
+        "so that the droplets' channel and its dividers fit between the oil channels",
+    )
+    yield _Limit(
+        "oil_inputs.channel_width_um",
+        extra.channel_width_um,
+        0.0,
+        extra.port_diameter_um,
+        "the diameter of its port",
+    )
+
+
+def _chamber_limits(chamber: Chamber) -> Iterator[_Limit]:
+    inlets, junction, extra = chamber.inlets, chamber.junction, chamber.oil_inputs
+    expansion, imaging = chamber.expansion, chamber.imaging
+    yield _Limit(
+        "junction.channel_width_um",
+        junction.channel_width_um,
+        junction.orifice_width_um,
+        math.inf,
+        "the width of the orifice",
+    )
+    yield _Limit(
+        "junction.taper_length_um",
+        junction.taper_length_um,
+        0.0,
+        inlets.wall_um + expansion.length_um + expansion.straight_um - junction.orifice_length_um,
+        "what is left from the orifice to the imaging area",
+    )
+    outer = inlets.port_diameter_um / 2 + 2 * inlets.wall_um + inlets.arm_width_um
+    outer += (extra.port_diameter_um + extra.channel_width_um) / 2
+    yield _Limit(
+        "imaging.rows",
+        imaging.rows,
+        math.ceil(2 * (outer - chamber.supports.flank_um) / imaging.pitch_um),
+        math.inf,
+        "for a chamber, rows * pitch_um and two flanks, that the extra oil inlets can join",
+    )
+    yield _Limit(
+        "exit.width_um",
+        chamber.exit.width_um,
+        0.0,
+        min(chamber.width_um, chamber.exit.port_diameter_um),
+        "the chamber's width and the diameter of the outlet",
+    )
