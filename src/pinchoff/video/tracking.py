@@ -29,6 +29,7 @@ EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
 _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
+_LOOK_BACK = 12  # frames in which a daughter may be too thin to be seen
 
 
 class Event(NamedTuple):
@@ -85,13 +86,13 @@ class _Track:
             self.velocity = self.velocity + _VELOCITY_MEMORY * (step - self.velocity)
         self.frame, self.droplet, self.missed = frame, droplet, 0
 
-    def remember(self, memory: int) -> None:
-        """Keep the last areas, as far as a lost droplet is waited for; none across the edge."""
+    def remember(self) -> None:
+        """Keep the last areas; none across the frame's edge."""
         if self.droplet.cut:
             self.recent.clear()
             return
         self.recent.append((self.frame, self.droplet.area))
-        while len(self.recent) > memory + 2:
+        while len(self.recent) > _LOOK_BACK:
             self.recent.popleft()
 
 
@@ -195,7 +196,7 @@ class Tracker:
         self._tracks += fresh
         for track in self._tracks:
             if track.frame == frame:
-                track.remember(self.settings.memory)
+                track.remember()
         self._learn_flow(frame)
         return numbers, events
 
