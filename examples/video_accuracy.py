@@ -188,8 +188,8 @@ def law(results: list[dict[str, Any]]) -> dict[str, Any]:
         fitted = po.fit_law(table)
         fits[name] = {
             "rows": len(table),
-            "alpha": list(map(float, fitted.alpha)),
-            "beta": list(map(float, fitted.beta)),
+            "alpha": list(fitted.alpha[:3]),
+            "beta": list(fitted.beta[:3]),
         }
     return fits
 

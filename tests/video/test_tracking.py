@@ -151,6 +151,19 @@ def test_coalescence(tracker, areas):
     assert event.children == (number,)
 
 
+def test_break_up_that_is_seen_late(tracker):
+    """A daughter too small to be seen at once still makes a break-up, at its own frame."""
+    for frame in range(6):
+        tracker.step(frame, [droplet(50 + 4 * frame, 50, 1000.0)])
+    large = [droplet(50 + 4 * frame, 47, 900.0) for frame in (6, 7, 8)]
+    for frame in (6, 7):
+        numbers, events = tracker.step(frame, [large[frame - 6]])
+        assert numbers == [0]
+        assert not events
+    numbers, (event,) = tracker.step(8, [large[2], droplet(84, 75, 100.0)])
+    assert event == ("break-up", 6, (0,), tuple(numbers))
+
+
 def test_a_newcomer_is_no_break_up(tracker):
     """A small droplet that appears beside a large one which keeps its area came from elsewhere."""
     for frame in range(3):

@@ -27,6 +27,7 @@ MANY_DAUGHTERS = "more than two daughters in one frame"
 CLIP_ENDED = "the clip ends during the collision"
 NO_APPROACH = "no approach: in contact when first seen"
 
+_LOOKS_KEPT = 128  # frames of a collision that a late break-up can take back
 _FEWEST_FRAMES = 3  # that a velocity is fitted to
 
 
@@ -34,6 +35,12 @@ class _Place(NamedTuple):
     time_s: float
     x: float
     y: float
+
+
+class _Look(NamedTuple):
+    frame: int
+    neck: float
+    shape: float
 
 
 @dataclass
@@ -47,9 +54,30 @@ class _Meeting:
     velocity: tuple[float, float]
     reasons: list[str] = field(default_factory=list)
     neck: float = math.nan
-    last_neck: float = math.nan
     shape: float = 1.0
+    looks: deque[_Look] = field(default_factory=deque)
     end: int = 0
+
+    def look(self, frame: int, neck: float, shape: float) -> None:
+        """Note one frame; the last few are kept apart, because a break-up may be told late."""
+        self.looks.append(_Look(frame, neck, shape))
+        self.end = frame
+        while len(self.looks) > _LOOKS_KEPT:
+            self._settle(self.looks.popleft())
+
+    def settle(self, before: float) -> float:
+        """Count the frames before one, forget the others, and return the last neck of these."""
+        last = math.nan
+        for each in self.looks:
+            if each.frame < before:
+                self._settle(each)
+                last = each.neck
+        self.looks.clear()
+        return last
+
+    def _settle(self, each: _Look) -> None:
+        self.neck = float(np.fmin(self.neck, each.neck))
+        self.shape = max(self.shape, each.shape)
 
     def rejected(self, reason: str) -> None:
         if reason not in self.reasons:
@@ -93,7 +121,7 @@ class CollisionFinder:
     def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
         self._settings, self._obstacles = settings, obstacles
         self._tracks: dict[int, _Follower] = {}
-        self._first_frame: int | None = None
+        self._times: dict[int, float] = {}  # of the last frames
         self.necks: list[NeckSeen] = []
         self.met: list[tuple[int, int]] = []
 
@@ -117,11 +145,12 @@ class CollisionFinder:
         events : sequence of Event
             What happened between the last frame and this one.
         """
-        self._first_frame = frame if self._first_frame is None else self._first_frame
+        self._times[frame] = time_s
+        self._times.pop(frame - _LOOKS_KEPT, None)
         by_track = dict(zip(numbers, droplets, strict=True))
         over: list[Encounter] = []
         for event in events:
-            over += self._ended(event, time_s, by_track)
+            over += self._ended(event, by_track)
         self.necks, self.met = [], []
         for number, droplet in by_track.items():
             follower = self._tracks.get(number)
@@ -143,7 +172,7 @@ class CollisionFinder:
         self._tracks.clear()
         return over
 
-    def _ended(self, event: Event, time_s: float, by_track: dict[int, Droplet]) -> list[Encounter]:
+    def _ended(self, event: Event, by_track: dict[int, Droplet]) -> list[Encounter]:
         over = []
         children = [by_track[number] for number in event.children]
         for parent in event.parents:
@@ -151,7 +180,7 @@ class CollisionFinder:
             if follower is None:
                 continue
             for meeting in follower.meetings:
-                over.append(self._outcome(parent, meeting, event, time_s, children))
+                over.append(self._outcome(parent, meeting, event, children))
             if event.kind == "break-up":
                 for child in event.children:
                     born = _Follower(deque(maxlen=self._settings.velocity_frames))
@@ -165,7 +194,6 @@ class CollisionFinder:
         parent: int,
         meeting: _Meeting,
         event: Event,
-        time_s: float,
         children: Sequence[Droplet],
     ) -> Encounter:
         if event.kind == "break-up":
@@ -174,6 +202,7 @@ class CollisionFinder:
             if any(child.cut for child in children):
                 meeting.rejected(CUT_BY_FRAME)
             areas = sorted(child.area for child in children)[-2:]
+            time_s = self._times.get(event.frame, math.nan)
             return self._encounter(parent, meeting, "broke", event.frame, time_s, areas)
         reasons = {"coalescence": COALESCENCE, "exit": CUT_BY_FRAME}
         meeting.rejected(reasons.get(event.kind, LOST))
@@ -222,15 +251,13 @@ class CollisionFinder:
         return meeting
 
     def _go_on(self, number: int, meeting: _Meeting, frame: int, droplet: Droplet) -> None:
-        meeting.end = frame
         if droplet.group >= 0:
             meeting.rejected(TOUCHING)
         if droplet.cut:
             meeting.rejected(CUT_BY_FRAME)
-        meeting.shape = max(meeting.shape, _core.shape_parameter(droplet.outline))
         thickness, i, j = thinnest_neck(droplet.outline)
-        meeting.last_neck = thickness if math.isfinite(thickness) else math.nan
-        meeting.neck = float(np.fmin(meeting.neck, meeting.last_neck))
+        neck = thickness if math.isfinite(thickness) else math.nan
+        meeting.look(frame, neck, _core.shape_parameter(droplet.outline))
         if math.isfinite(thickness):
             self.necks.append(NeckSeen(number, droplet.outline[[i, j]]))
 
@@ -244,6 +271,7 @@ class CollisionFinder:
         areas: Sequence[float] = (math.nan, math.nan),
     ) -> Encounter:
         px = self._settings.pixel_size_um
+        last_neck = meeting.settle(math.inf if math.isnan(breakup_frame) else breakup_frame)
         x, y, radius = (self._obstacles[meeting.obstacle] * px).tolist()
         return Encounter(
             obstacle=(x, y, radius),
@@ -257,7 +285,7 @@ class CollisionFinder:
             breakup_time_s=breakup_time_s,
             daughter_areas=(areas[0] * px**2, areas[1] * px**2),
             neck=meeting.neck * px,
-            breakup_neck=meeting.last_neck * px if outcome == "broke" else math.nan,
+            breakup_neck=last_neck * px if outcome == "broke" else math.nan,
             maximum_shape_parameter=meeting.shape,
             reject_reason="; ".join(meeting.reasons),
             track_id=track,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from pinchoff.video.background import Background
 from pinchoff.video.contours import Floats, trace
 from pinchoff.video.reading import Frame
 
+Image = NDArray[np.float32]
 Pixels = NDArray[np.uint8]
 Walk = NDArray[np.int32]
 """Pixels x, y round a region, (n, 1, 2), as ``cv2.findContours`` gives them."""
@@ -132,9 +133,10 @@ class Segmenter:
         # Light that is brighter by some factor darkens a ring by as many more grey levels.
         threshold = cv2.convertScaleAbs(self._ring, alpha=self._levels.edge * seen.lamp)
         ring = cv2.compare(dark, threshold, cv2.CMP_GT)
-        if self._likeness.known:
-            self._close_at_edges(seen, ring)
-        bodies = self._bodies(seen, dark, ring)
+        alike = self._likeness.of(seen) if self._likeness.known else None
+        if alike is not None:
+            self._close_at_edges(alike, ring)
+        bodies = self._bodies(seen.lamp, alike, dark, ring)
         walks: list[Walk] = []
         groups: list[int] = []
         wholes: dict[int, int] = {}  # of a group that may be one droplet: place of its walk
@@ -158,13 +160,14 @@ class Segmenter:
             if each is not None and place not in wholes.values()
         ]
 
-    def _close_at_edges(self, seen: _Seen, ring: Pixels) -> None:
+    def _close_at_edges(self, alike: Image, ring: Pixels) -> None:
         """Close the rings of droplets that the frame cuts, along its edge where they are."""
         for edge in (np.s_[:1, :], np.s_[-1:, :], np.s_[:, :1], np.s_[:, -1:]):
-            alike = self._likeness.along(seen, edge)
-            ring[edge][alike >= self._levels.interior] = 255
+            line = ring[edge].reshape(-1)
+            inside = self._likeness.along(alike, edge, line.size) >= self._levels.interior
+            ring[edge] = np.where(inside, 255, line).reshape(ring[edge].shape)
 
-    def _bodies(self, seen: _Seen, dark: Pixels, ring: Pixels) -> list[_Body]:
+    def _bodies(self, lamp: float, alike: Image | None, dark: Pixels, ring: Pixels) -> list[_Body]:
         """Return the connected rings that enclose interiors, with these."""
         contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         found: dict[int, list[Walk]] = {}
@@ -174,10 +177,10 @@ class Segmenter:
         for hole, parent in zip(contours, parents, strict=True):
             if parent < 0 or len(hole) ** 2 < 4.0 * np.pi * least:
                 continue
-            if cv2.contourArea(hole) >= least and self._is_interior(seen, ring, hole):
+            if cv2.contourArea(hole) >= least and self._is_interior(alike, ring, hole):
                 found.setdefault(parent, []).append(hole)
         return [
-            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, seen.lamp))
+            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, lamp))
             for k, holes in found.items()
         ]
 
@@ -220,10 +223,8 @@ class Segmenter:
         cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED)
         return int(np.bincount(labels[mask > 0]).argmax())
 
-    def _is_interior(self, seen: _Seen, ring: Pixels, hole: Walk) -> bool:
-        if not self._likeness.known:
-            return True
-        return self._likeness.within(seen, ring, hole) >= self._levels.interior
+    def _is_interior(self, alike: Image | None, ring: Pixels, hole: Walk) -> bool:
+        return alike is None or Likeness.within(alike, ring, hole) >= self._levels.interior
 
 
 class Likeness:
@@ -237,49 +238,46 @@ class Likeness:
     """
 
     def __init__(self, background: Background, colour: Floats) -> None:
-        self._background = background
         self.known = bool(np.any(colour != 0.0))
-        self._weights = colour / max(float(colour @ colour), 1e-9)
+        weights = (colour / max(float(colour @ colour), 1e-9)).astype(np.float32)
+        # At the colour's resolution, half that of brightness.
+        self._brightness = np.ascontiguousarray(weights[0] / background.light[::2, ::2])
+        self._colour = [float(weight) for weight in weights[1:]]
+        self._fluid = self._sum(background.luma, background.chroma, 1.0)
 
-    def within(self, seen: _Seen, ring: Pixels, hole: Walk) -> float:
-        """Return it for the pixels that a hole in a ring encloses."""
+    def of(self, seen: _Seen) -> Image:
+        """Return it for every other pixel of a frame."""
+        alike = self._sum(seen.frame.luma, seen.frame.chroma, seen.lamp)
+        alike -= self._fluid
+        return alike
+
+    def _sum(self, luma: NDArray[Any], chroma: NDArray[Any] | None, lamp: float) -> Image:
+        small = np.ascontiguousarray(luma[::2, ::2])
+        total: Image = cv2.multiply(small, self._brightness, scale=1.0 / lamp, dtype=cv2.CV_32F)
+        if chroma is not None:
+            for weight, plane in zip(self._colour, chroma, strict=True):
+                total = cv2.addWeighted(total, 1.0, plane.astype(np.float32), weight, 0.0)
+        return total
+
+    @staticmethod
+    def within(alike: Image, ring: Pixels, hole: Walk) -> float:
+        """Return its mean over the pixels that a hole in a ring encloses."""
         left, top, wide, high = cv2.boundingRect(hole)
-        # Colour has half the resolution: begin at an even pixel, look at every other.
         left, top = left + left % 2, top + top % 2
-        window = np.s_[top : top + high : 2, left : left + wide : 2]
         mask = np.zeros((high, wide), dtype=np.uint8)
         cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED, offset=(-left, -top))
-        inside = mask[::2, ::2][: ring[window].shape[0], : ring[window].shape[1]]
-        chosen = (inside > 0) & (ring[window] == 0)
-        if not chosen.any():
-            return 0.0
-        return float(self._of(seen, window)[chosen].mean())
+        around = ring[top : top + high : 2, left : left + wide : 2]
+        inside = cv2.subtract(mask[::2, ::2][: around.shape[0], : around.shape[1]], around)
+        rows, columns = inside.shape
+        part = alike[top // 2 : top // 2 + rows, left // 2 : left // 2 + columns]
+        return float(cv2.mean(part, inside)[0])
 
-    def along(self, seen: _Seen, edge: tuple[slice, slice]) -> NDArray[np.float32]:
-        """Return it along an edge of the frame, smoothed over a few pixels."""
-        rows, columns = (range(n)[s] for n, s in zip(seen.frame.luma.shape, edge, strict=True))
-        window = np.s_[rows[0] : rows[-1] + 1 : 2, columns[0] : columns[-1] + 1 : 2]
-        alike = self._of(seen, window)
-        full = cv2.resize(alike, (len(columns), len(rows)), interpolation=cv2.INTER_NEAREST)
-        smooth: NDArray[np.float32] = cv2.blur(full, (9, 9), borderType=cv2.BORDER_REPLICATE)
-        return smooth
-
-    def _of(self, seen: _Seen, window: tuple[slice, slice]) -> NDArray[np.float32]:
-        """Return it for every other pixel of a window."""
-        background, frame = self._background, seen.frame
-        weights = self._weights.astype(np.float32)
-        alike: NDArray[np.float32] = frame.luma[window] * np.float32(1.0 / seen.lamp)
-        alike -= background.luma[window]
-        alike *= weights[0] / background.light[window]
-        if frame.chroma is not None and background.chroma is not None:
-            rows, columns = (
-                slice(s.start // 2, s.start // 2 + n)
-                for s, n in zip(window, alike.shape, strict=True)
-            )
-            for k in (0, 1):
-                ours, theirs = frame.chroma[k, rows, columns], background.chroma[k, rows, columns]
-                alike += weights[k + 1] * (ours - theirs)
-        return alike
+    @staticmethod
+    def along(alike: Image, edge: tuple[slice, slice], length: int) -> Image:
+        """Return it along an edge of the frame, smoothed over a few pixels: (length,)."""
+        line = cv2.blur(alike[edge].reshape(1, -1), (5, 1), borderType=cv2.BORDER_REPLICATE)
+        along: Image = np.repeat(line[0], 2)[:length]
+        return along
 
 
 class _Body(NamedTuple):

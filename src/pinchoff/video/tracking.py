@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -28,6 +29,7 @@ EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
 _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
+_LOOK_BACK = 12  # frames in which a daughter may be too thin to be seen
 
 
 class Event(NamedTuple):
@@ -38,7 +40,8 @@ class Event(NamedTuple):
     kind : str
         One of `EVENTS`.
     frame : int
-        The first frame after it.
+        The first frame after it. A daughter too small to be seen at once is reported late, with
+        the frame in which its area was first missing.
     parents, children : tuple of int
         Tracks that end and that begin.
     """
@@ -49,7 +52,7 @@ class Event(NamedTuple):
     children: tuple[int, ...]
 
 
-@dataclass
+@dataclass(eq=False)
 class _Track:
     """A droplet that is being followed."""
 
@@ -58,6 +61,17 @@ class _Track:
     droplet: Droplet
     velocity: Floats | None = None
     missed: int = 0
+    recent: deque[tuple[int, float]] = field(default_factory=deque)  # frames and whole areas
+
+    def whole_area(self) -> float:
+        """Return the largest area of late: a small daughter may be seen frames after it left."""
+        return max((area for _, area in self.recent), default=self.droplet.area)
+
+    def lost_at(self, frame: int, missing: float) -> int:
+        """Return the first frame in which an area was missing, or else a given one."""
+        whole = self.whole_area()
+        late = [k for k, area in self.recent if area < whole - 0.5 * missing]
+        return min([*late, frame])
 
     def expected(self, frame: int, flow: Floats) -> Floats:
         velocity = flow if self.velocity is None else self.velocity
@@ -71,6 +85,15 @@ class _Track:
         else:
             self.velocity = self.velocity + _VELOCITY_MEMORY * (step - self.velocity)
         self.frame, self.droplet, self.missed = frame, droplet, 0
+
+    def remember(self) -> None:
+        """Keep the last areas; none across the frame's edge."""
+        if self.droplet.cut:
+            self.recent.clear()
+            return
+        self.recent.append((self.frame, self.droplet.area))
+        while len(self.recent) > _LOOK_BACK:
+            self.recent.popleft()
 
 
 @dataclass
@@ -151,9 +174,12 @@ class Tracker:
             for track, k in zip(born, children, strict=True):
                 numbers[k] = track.number
             fresh += born
-            kind = "break-up" if len(parents) == 1 else "coalescence"
+            kind, since = "coalescence", frame
+            if len(parents) == 1:
+                kind = "break-up"
+                since = parents[0].lost_at(frame, min(t.droplet.area for t in born))
             ends = tuple(t.number for t in parents)
-            events.append(Event(kind, frame, ends, tuple(t.number for t in born)))
+            events.append(Event(kind, since, ends, tuple(t.number for t in born)))
             self._tracks = [t for t in self._tracks if t not in parents]
         for k, track in partners.items():
             if numbers[k] < 0 and track in self._tracks:
@@ -168,6 +194,9 @@ class Tracker:
                 events.append(Event(kind, frame, (), (track.number,)))
         events += self._forget(frame)
         self._tracks += fresh
+        for track in self._tracks:
+            if track.frame == frame:
+                track.remember()
         self._learn_flow(frame)
         return numbers, events
 
@@ -283,7 +312,8 @@ def _explained(
 
     candidates = [*tracks, *partners.values()]
     for track in candidates:
-        area, middle, reach = place(track)
+        _, middle, reach = place(track)
+        area = track.whole_area()
         own = [k for k, t in partners.items() if t is track]
         near = [
             k
