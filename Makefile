@@ -42,8 +42,9 @@ bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/chamber.py --quick
 	$(BIN)/python benchmarks/video.py --quick
 
+# All of it anew: pages that did not change would keep the old table of contents.
 docs: $(VENV)/docs.stamp
-	$(BIN)/sphinx-build -W --keep-going -q docs build/docs
+	$(BIN)/sphinx-build -W --keep-going -q -E -a docs build/docs
 	@echo "see build/docs/index.html"
 
 wheel: $(VENV)/test.stamp

@@ -36,6 +36,7 @@ html_math_renderer = "formulas"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_show_search_summary = False  # they are fetched, which a browser refuses for files
 html_show_copyright = False
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#1b6e53", "color-brand-content": "#1b6e53"},
