@@ -12,8 +12,18 @@ def test_the_middle_of_the_frame_is_the_point_that_was_asked_for(paper):
     pillar = next(p for p in paper.layout.pillars if p.region == "imaging")
     table = in_frame(paper, centre_um=(pillar.x_um, pillar.y_um), pixel_size_um=5.0)
     # 640 by 512 pixels: the middle lies between pixels 319 and 320, 255 and 256.
-    distance = np.hypot(table["obstacle_x_um"] - 319.5 * 5.0, table["obstacle_y_um"] - 255.5 * 5.0)
-    assert distance.min() == pytest.approx(0.0, abs=1e-9)
+    assert nearest(table, 319.5 * 5.0, 255.5 * 5.0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_what_is_downstream_and_at_greater_y_is_to_the_right_and_above(paper):
+    pillar = next(p for p in paper.layout.pillars if p.region == "imaging")
+    table = in_frame(paper, centre_um=(pillar.x_um - 300, pillar.y_um - 100), pixel_size_um=5.0)
+    assert nearest(table, 319.5 * 5.0 + 300, 255.5 * 5.0 - 100) == pytest.approx(0.0, abs=1e-9)
+
+
+def nearest(table, x_um, y_um):
+    """Distance of the nearest pillar to a point of the frame."""
+    return np.hypot(table["obstacle_x_um"] - x_um, table["obstacle_y_um"] - y_um).min()
 
 
 def test_y_points_down_in_the_frame_and_distances_stay(paper):
