@@ -23,7 +23,7 @@ ziamath.config.precision = 2
 
 def draw(latex: str, inline: bool) -> str:
     """Return a formula as an SVG element whose height and baseline follow the text around it."""
-    picture = ziamath.Latex(latex, size=_SIZE, inline=inline).svgxml()
+    picture = ziamath.Latex(latex, size=_SIZE, color="currentColor", inline=inline).svgxml()
     _, top, width, height = (float(number) for number in picture.attrib["viewBox"].split())
     picture.attrib |= {
         "role": "img",
