@@ -42,7 +42,7 @@ _POINTS = "Points"
 def boundary(
     config: Annotated[
         Path | None,
-        typer.Argument(metavar="[CONFIG.toml]", help="What all points share, as for run."),
+        typer.Argument(metavar="CONFIG.toml", help="What all points share, as for run."),
     ] = None,
     preset: Annotated[
         str | None, typer.Option(help="Model constants by name.", rich_help_panel=_POINTS)

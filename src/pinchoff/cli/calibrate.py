@@ -41,7 +41,7 @@ def calibrate(
     ],
     config: Annotated[
         Path | None,
-        typer.Argument(metavar="[CONFIG.toml]", help="The other constants, as for run."),
+        typer.Argument(metavar="CONFIG.toml", help="The other constants, as for run."),
     ] = None,
     preset: Annotated[
         str | None, typer.Option(help="The other constants by name.", rich_help_panel=_SEARCH)

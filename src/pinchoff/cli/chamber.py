@@ -52,7 +52,7 @@ def chamber(
     config: Annotated[
         Path | None,
         typer.Argument(
-            metavar="[CONFIG.toml]",
+            metavar="CONFIG.toml",
             help="A table for each part of the device; all may be left out.",
         ),
     ] = None,

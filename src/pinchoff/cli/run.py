@@ -45,7 +45,7 @@ def _quantity(flag: str, meaning: str, example: str) -> Any:
 
 def run(
     config: Annotated[
-        Path | None, typer.Argument(metavar="[CONFIG.toml]", help="Parameters from a TOML file.")
+        Path | None, typer.Argument(metavar="CONFIG.toml", help="Parameters from a TOML file.")
     ] = None,
     preset: Annotated[
         str | None, typer.Option(help="Model constants by name.", rich_help_panel=_DIMENSIONLESS)
