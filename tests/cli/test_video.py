@@ -149,7 +149,7 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
     (tmp_path / "text.mp4").write_text("no video")
     out = tmp_path / "out"
     assert main(["video", str(tmp_path / "text.mp4"), *LABORATORY, "--out", str(out)]) == 2
-    assert "FILES must be clips" in capsys.readouterr().err
+    assert "CLIPS must be readable" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

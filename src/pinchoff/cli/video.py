@@ -88,7 +88,7 @@ def video(
         typer.Option(metavar="NUMBER", help="Clips measured at the same time; one a core."),
     ] = None,
 ) -> None:
-    r"""Measure droplets that meet obstacles in microscope videos.
+    """Measure droplets that meet obstacles in microscope videos.
 
     DIR gets
 
@@ -102,7 +102,7 @@ def video(
 
     [bold]Example[/bold]
 
-    pinchoff video clips/\*.mp4 --pixel-size 5.28um --fps 60 --obstacle-radius 85um
+    pinchoff video clips/*.mp4 --pixel-size 5.28um --fps 60 --obstacle-radius 85um
     --thickness 85um --viscosity 48mPa.s --surface-tension 20mN/m --out measured
     """
     laboratory = {
@@ -194,7 +194,7 @@ def _announce(result: VideoResult, written: list[Path]) -> None:
     measured = [clip for clip in result.clips if not clip.error]
     if not measured:
         got = f"{len(result.clips)} that cannot be read"
-        raise InputError.of("FILES", "clips", got, "see the errors above")
+        raise InputError.of("CLIPS", "readable", got, "see the errors above")
     reused = sum(clip.reused for clip in measured)
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())

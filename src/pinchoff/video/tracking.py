@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -114,6 +114,7 @@ class Tracker:
     _tracks: list[_Track] = field(default_factory=list)
     count: int = 0
     _flow: Floats = field(default_factory=lambda: np.zeros(2))
+    _begun_at: int | None = None
 
     def resolved(self, frame: int, droplets: Sequence[Droplet]) -> list[Droplet]:
         """Return droplets with parts taken together that were one droplet and still may be one.
@@ -158,46 +159,41 @@ class Tracker:
             The track of each droplet.
         events : list of Event
         """
+        if self._begun_at is None:
+            self._begun_at = frame
         links = self._links(frame, droplets)
-        events: list[Event] = []
-        numbers = [-1] * len(droplets)
-        free_tracks = [t for k, t in enumerate(self._tracks) if k not in links]
-        free = [k for k in range(len(droplets)) if k not in links.values()]
         partners = {k: self._tracks[t] for t, k in links.items()}
-        fresh: list[_Track] = []
-        for parents, children in _explained(frame, droplets, free_tracks, free, partners, self):
-            born = [self._new(frame, droplets[k]) for k in children]
-            for parent in parents:
-                born_velocity = parent.velocity
-                for track in born:
-                    track.velocity = born_velocity
-            for track, k in zip(born, children, strict=True):
-                numbers[k] = track.number
-            fresh += born
-            kind, since = "coalescence", frame
-            if len(parents) == 1:
-                kind = "break-up"
-                since = parents[0].lost_at(frame, min(t.droplet.area for t in born))
-            ends = tuple(t.number for t in parents)
-            events.append(Event(kind, since, ends, tuple(t.number for t in born)))
+        free_tracks = [t for k, t in enumerate(self._tracks) if k not in links]
+        free = [k for k in range(len(droplets)) if k not in partners]
+
+        def expected(track: _Track) -> Floats:
+            return track.expected(frame, self._flow)
+
+        leftovers = _Leftovers(self, droplets, free_tracks, free, partners, expected)
+        events: list[Event] = []
+        begun: dict[int, _Track] = {}
+        for parents, children in leftovers.explained():
+            born = {k: self._new(frame, droplets[k], parents[-1].velocity) for k in children}
+            events.append(_event(frame, parents, list(born.values())))
+            begun |= born
             self._tracks = [t for t in self._tracks if t not in parents]
         for k, track in partners.items():
-            if numbers[k] < 0 and track in self._tracks:
+            if k not in begun and track in self._tracks:
                 track.moved_to(frame, droplets[k])
-                numbers[k] = track.number
         for k in range(len(droplets)):
-            if numbers[k] < 0:
-                track = self._new(frame, droplets[k])
-                fresh.append(track)
-                numbers[k] = track.number
-                kind = "entry" if droplets[k].cut or self._upstream(droplets[k], frame) else "found"
-                events.append(Event(kind, frame, (), (track.number,)))
+            if k not in begun and partners.get(k) not in self._tracks:
+                begun[k] = self._new(frame, droplets[k])
+                # In the first frame everything comes into view.
+                seen_to_enter = droplets[k].cut or frame == self._begun_at
+                kind = "entry" if seen_to_enter else "found"
+                events.append(Event(kind, frame, (), (begun[k].number,)))
         events += self._forget(frame)
-        self._tracks += fresh
+        self._tracks += begun.values()
         for track in self._tracks:
             if track.frame == frame:
                 track.remember()
         self._learn_flow(frame)
+        numbers = [(begun.get(k) or partners[k]).number for k in range(len(droplets))]
         return numbers, events
 
     def finish(self, frame: int) -> list[Event]:
@@ -205,14 +201,10 @@ class Tracker:
         waiting = [t for t in self._tracks if t.missed > 0]
         return [self._end(track, frame) for track in waiting]
 
-    def _new(self, frame: int, droplet: Droplet) -> _Track:
-        track = _Track(self.count, frame, droplet)
+    def _new(self, frame: int, droplet: Droplet, velocity: Floats | None = None) -> _Track:
+        track = _Track(self.count, frame, droplet, velocity)
         self.count += 1
         return track
-
-    def _upstream(self, droplet: Droplet, frame: int) -> bool:
-        # In the first frame everything comes into view.
-        return self.count == 0 or (not self._tracks and frame == 0)
 
     def _links(self, frame: int, droplets: Sequence[Droplet]) -> dict[int, int]:
         """Return the position of a droplet for each position of a track that goes on in it."""
@@ -265,85 +257,105 @@ class Tracker:
             self._flow = np.median(np.array(moving), axis=0)
 
 
-def _explained(
-    frame: int,
-    droplets: Sequence[Droplet],
-    tracks: Sequence[_Track],
-    free: Sequence[int],
-    partners: dict[int, _Track],
-    tracker: Tracker,
-) -> list[tuple[list[_Track], list[int]]]:
-    """Explain tracks and droplets without a partner: (parents, children) of every event.
+def _event(frame: int, parents: Sequence[_Track], born: Sequence[_Track]) -> Event:
+    ends, begins = tuple(t.number for t in parents), tuple(t.number for t in born)
+    if len(parents) > 1:
+        return Event("coalescence", frame, ends, begins)
+    since = parents[0].lost_at(frame, min(t.droplet.area for t in born))
+    return Event("break-up", since, ends, begins)
+
+
+class _Part(NamedTuple):
+    """Area and place of a droplet, pixels."""
+
+    area: float
+    place: Floats
+
+
+class _Leftovers:
+    """Tracks and droplets of one frame without a partner, and the events that explain them.
 
     A partner may have been found for the larger of two daughters, whose area differs little from
     its mother's, or for the larger of two droplets that merged: then it takes part too.
     """
-    if not tracks and not free:
-        return []
-    tolerance = tracker.settings.area_tolerance
-    flow = tracker._flow
-    events: list[tuple[list[_Track], list[int]]] = []
-    used_tracks: set[int] = set()
-    used: set[int] = set()
 
-    def place(track: _Track) -> tuple[float, Floats, float]:
-        area = track.droplet.area
-        return area, track.expected(frame, flow), float(tracker.reach(np.array(area)))
+    def __init__(
+        self,
+        tracker: Tracker,
+        droplets: Sequence[Droplet],
+        tracks: Sequence[_Track],
+        free: Sequence[int],
+        partners: dict[int, _Track],
+        expected: Callable[[_Track], Floats],
+    ) -> None:
+        self._tracker, self._expected = tracker, expected
+        self._tracks, self._free, self._partners = tracks, free, partners
+        self._parts = [_Part(each.area, np.array([each.x, each.y])) for each in droplets]
+        self._used: set[int] = set()
+        self._ended: set[int] = set()
 
-    def spot(k: int) -> tuple[float, Floats]:
-        return droplets[k].area, np.array([droplets[k].x, droplets[k].y])
+    def explained(self) -> list[tuple[list[_Track], list[int]]]:
+        """Return the tracks that end and the droplets that begin in every event."""
+        if not self._tracks and not self._free:
+            return []
+        return [*self._break_ups(), *self._coalescences()]
 
-    def agrees(
-        whole: float,
-        middle: Floats,
-        reach: float,
-        parts: Iterable[tuple[float, Floats]],
-        smallest: float,
-    ) -> bool:
-        listed = list(parts)
-        total = sum(area for area, _ in listed)
-        centre = sum((area * where for area, where in listed), np.zeros(2)) / total
-        # The smallest part must be what is missing, not a trifle within the tolerance.
-        return (
-            abs(total - whole) <= min(tolerance * whole, 0.5 * smallest)
-            and float(np.hypot(*(centre - middle))) <= reach
-            and all(float(np.hypot(*(where - middle))) <= 4.0 * reach for _, where in listed)
-        )
+    def _break_ups(self) -> Iterator[tuple[list[_Track], list[int]]]:
+        for track in [*self._tracks, *self._partners.values()]:
+            children = self._children_of(track)
+            if children:
+                self._used.update(children)
+                self._ended.add(track.number)
+                yield [track], children
 
-    candidates = [*tracks, *partners.values()]
-    for track in candidates:
-        _, middle, reach = place(track)
-        area = track.whole_area()
-        own = [k for k, t in partners.items() if t is track]
+    def _children_of(self, track: _Track) -> list[int]:
+        """Return two droplets or more that a track became; none if it did not break."""
+        whole = _Part(track.whole_area(), self._expected(track))
+        reach = self._reach(track.droplet.area)
+        own = [k for k, t in self._partners.items() if t is track]
         near = [
             k
-            for k in free
-            if k not in used and float(np.hypot(*(spot(k)[1] - middle))) <= 4.0 * reach
+            for k in self._free
+            if k not in self._used and _distance(self._parts[k].place, whole.place) <= 4.0 * reach
         ]
-        for count in range(2 - len(own), _MOST_DAUGHTERS + 1 - len(own)):
+        for count in range(max(1, 2 - len(own)), _MOST_DAUGHTERS + 1 - len(own)):
             for chosen in itertools.combinations(near, count):
                 children = [*own, *chosen]
-                parts = [spot(k) for k in children]
-                if chosen and agrees(area, middle, reach, parts, min(a for a, _ in parts)):
-                    events.append(([track], children))
-                    used.update(children)
-                    used_tracks.add(track.number)
-                    break
-            else:
+                if self._agree(whole, reach, [self._parts[k] for k in children]):
+                    return children
+        return []
+
+    def _coalescences(self) -> Iterator[tuple[list[_Track], list[int]]]:
+        lone = [t for t in self._tracks if t.number not in self._ended]
+        for pair in itertools.combinations([*lone, *self._partners.values()], 2):
+            if any(t.number in self._ended for t in pair) or not any(t in lone for t in pair):
                 continue
-            break
-    lone = [t for t in tracks if t.number not in used_tracks]
-    for pair in itertools.combinations([*lone, *partners.values()], 2):
-        if any(t.number in used_tracks for t in pair) or not any(t in lone for t in pair):
-            continue
-        own = [k for k, t in partners.items() if t in pair]
-        for k in own or [k for k in free if k not in used]:
-            area, middle = spot(k)
-            before = [place(t)[:2] for t in pair]
-            reach = float(tracker.reach(np.array(area)))
-            if k not in used and agrees(area, middle, reach, before, min(a for a, _ in before)):
-                events.append((list(pair), [k]))
-                used.add(k)
-                used_tracks.update(t.number for t in pair)
-                break
-    return events
+            own = [k for k, t in self._partners.items() if t in pair]
+            before = [_Part(t.droplet.area, self._expected(t)) for t in pair]
+            for k in own or self._free:
+                whole = self._parts[k]
+                if k not in self._used and self._agree(whole, self._reach(whole.area), before):
+                    self._used.add(k)
+                    self._ended.update(t.number for t in pair)
+                    yield list(pair), [k]
+                    break
+
+    def _reach(self, area: float) -> float:
+        return float(self._tracker.reach(np.array(area)))
+
+    def _agree(self, whole: _Part, reach: float, parts: Sequence[_Part]) -> bool:
+        """Return whether parts have the area of the whole, about its centre of mass."""
+        total = sum(part.area for part in parts)
+        centre = sum((part.area * part.place for part in parts), np.zeros(2)) / total
+        # The smallest part must be what is missing, not a trifle within the tolerance.
+        smallest = min(part.area for part in parts)
+        allowed = min(self._tracker.settings.area_tolerance * whole.area, 0.5 * smallest)
+        return (
+            abs(total - whole.area) <= allowed
+            and _distance(centre, whole.place) <= reach
+            and all(_distance(part.place, whole.place) <= 4.0 * reach for part in parts)
+        )
+
+
+def _distance(one: Floats, other: Floats) -> float:
+    return float(np.hypot(*(one - other)))
