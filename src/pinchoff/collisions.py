@@ -39,11 +39,13 @@ class Column(NamedTuple):
     categories: tuple[str, ...] = ()
 
 
-def _measure(name: str, unit: str, meaning: str) -> Column:
+def measure_column(name: str, unit: str, meaning: str) -> Column:
+    """Return a column of numbers, NaN where not measured."""
     return Column(name, unit, "float64", meaning)
 
 
-def _count(name: str, meaning: str) -> Column:
+def count_column(name: str, meaning: str) -> Column:
+    """Return a column of whole numbers."""
     return Column(name, "1", "int64", meaning)
 
 
@@ -52,55 +54,65 @@ OUTCOMES = ("slipped", "broke", "captured", "failed")
 
 COLUMNS: tuple[Column, ...] = (
     Column("source", "", "str", "where the collision comes from, such as 'simulation'"),
-    _count("collision_id", "number of the collision within its source, from 0"),
+    count_column("collision_id", "number of the collision within its source, from 0"),
     # What was set
-    _measure("size_ratio", "1", "D0/R"),
-    _measure("simulation_capillary_number", "1", "Ca_sim, line tension against drag"),
-    _measure("offset", "D0", "start y of the droplet relative to the obstacle's centre"),
+    measure_column("size_ratio", "1", "D0/R"),
+    measure_column("simulation_capillary_number", "1", "Ca_sim, line tension against drag"),
+    measure_column("offset", "D0", "start y of the droplet relative to the obstacle's centre"),
     # The groups of the break-up law
-    _measure("capillary_number", "1", "Ca = μv/γ; in a simulation 9.8e-5 Ca_sim, with v = v_f∞"),
-    _measure("normalized_area", "1", "Ã = A/R²"),
-    _measure("normalized_thickness", "1", "z̃ = z/R"),
-    _measure("symmetry", "1", "S at first contact"),
-    _measure("breakup_number", "1", "Bk, from the separating line of the paper's simulations"),
+    measure_column(
+        "capillary_number", "1", "Ca = μv/γ; in a simulation 9.8e-5 Ca_sim, with v = v_f∞"
+    ),
+    measure_column("normalized_area", "1", "Ã = A/R²"),
+    measure_column("normalized_thickness", "1", "z̃ = z/R"),
+    measure_column("symmetry", "1", "S at first contact"),
+    measure_column(
+        "breakup_number", "1", "Bk, from the separating line of the paper's simulations"
+    ),
     # What happened
     Column("outcome", "", "category", "what came of it", OUTCOMES),
     Column("broke", "", "boolean", "whether the droplet broke; missing where a run failed before"),
     Column("accepted", "", "bool", "whether the row is fit for use"),
     Column("reject_reason", "", "str", "why it is not; empty when accepted"),
     # First contact
-    _measure("impact_parameter", "D0", "b at first contact"),
-    _measure("speed", "v_f∞", "speed of the droplet's centre of mass at first contact"),
-    _measure("contact_time", "t0", "time of the first contact"),
-    _measure("contact_speed", "v_f∞", "the same as speed"),
-    _measure("contact_area", "D0²", "area at first contact"),
-    _measure("contact_shape_parameter", "1", "𝒜 = P²/(4πA) at first contact"),
+    measure_column("impact_parameter", "D0", "b at first contact"),
+    measure_column("speed", "v_f∞", "speed of the droplet's centre of mass at first contact"),
+    measure_column("contact_time", "t0", "time of the first contact"),
+    measure_column("contact_speed", "v_f∞", "the same as speed"),
+    measure_column("contact_area", "D0²", "area at first contact"),
+    measure_column("contact_shape_parameter", "1", "𝒜 = P²/(4πA) at first contact"),
     # Deformation and break-up
-    _measure("neck_thickness", "D0", "thinnest neck from first contact on"),
-    _measure("minimum_neck", "D0", "the same as neck_thickness"),
-    _measure("maximum_shape_parameter", "1", "largest 𝒜 after contact, before any break-up"),
-    _measure("daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"),
-    _measure("small_daughter_area", "D0²", "smaller daughter of the first break-up"),
-    _measure("large_daughter_area", "D0²", "larger daughter of the first break-up"),
-    _measure("breakup_time", "t0", "time of the first break-up"),
-    _measure("breakup_neck", "D0", "neck that was cut in the first break-up"),
-    _count("breakup_count", "break-ups, of daughters too"),
-    _count("generations", "break-ups in the ancestry of the youngest droplet"),
-    _count("droplet_count", "droplets at the end"),
-    _measure("end_time", "t0", "when the run ended"),
-    _count("steps", "time steps taken"),
-    _count("vertex_updates", "vertices times steps"),
+    measure_column("neck_thickness", "D0", "thinnest neck from first contact on"),
+    measure_column("minimum_neck", "D0", "the same as neck_thickness"),
+    measure_column("maximum_shape_parameter", "1", "largest 𝒜 after contact, before any break-up"),
+    measure_column(
+        "daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"
+    ),
+    measure_column("small_daughter_area", "D0²", "smaller daughter of the first break-up"),
+    measure_column("large_daughter_area", "D0²", "larger daughter of the first break-up"),
+    measure_column("breakup_time", "t0", "time of the first break-up"),
+    measure_column("breakup_neck", "D0", "neck that was cut in the first break-up"),
+    count_column("breakup_count", "break-ups, of daughters too"),
+    count_column("generations", "break-ups in the ancestry of the youngest droplet"),
+    count_column("droplet_count", "droplets at the end"),
+    measure_column("end_time", "t0", "when the run ended"),
+    count_column("steps", "time steps taken"),
+    count_column("vertex_updates", "vertices times steps"),
     # Physical units, where the scale is known
-    _measure("contact_time_s", "s", "time of the first contact"),
-    _measure("obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"),
-    _measure("obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"),
-    _measure("area_um2", "µm²", "area at first contact"),
-    _measure("speed_mm_s", "mm/s", "speed of the droplet's centre of mass at first contact"),
-    _measure("neck_um", "µm", "thinnest neck from first contact on"),
-    _measure("obstacle_radius_um", "µm", "R"),
-    _measure("thickness_um", "µm", "z of the chamber"),
-    _measure("viscosity_mPa_s", "mPa s", "dynamic viscosity of the continuous phase"),
-    _measure("surface_tension_mN_m", "mN/m", "surface tension"),
+    measure_column("contact_time_s", "s", "time of the first contact"),
+    measure_column(
+        "obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"
+    ),
+    measure_column(
+        "obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"
+    ),
+    measure_column("area_um2", "µm²", "area at first contact"),
+    measure_column("speed_mm_s", "mm/s", "speed of the droplet's centre of mass at first contact"),
+    measure_column("neck_um", "µm", "thinnest neck from first contact on"),
+    measure_column("obstacle_radius_um", "µm", "R"),
+    measure_column("thickness_um", "µm", "z of the chamber"),
+    measure_column("viscosity_mPa_s", "mPa s", "dynamic viscosity of the continuous phase"),
+    measure_column("surface_tension_mN_m", "mN/m", "surface tension"),
 )
 """The columns in their order."""
 
@@ -138,17 +150,17 @@ SYNTHETIC = "synthetic"
 """How the source of a row begins that was neither simulated nor measured, but drawn."""
 
 PARAMETER_COLUMNS: dict[str, Column] = {
-    "vertex_count": _count("vertex_count", "N_v, vertices of the outline"),
-    "line_tension": _measure("line_tension", "M v_f∞²/D0", "γ̃"),
-    "edge_stiffness": _measure("edge_stiffness", "1", "k̃_l = k_l D0/γ_2D"),
-    "area_stiffness": _measure("area_stiffness", "M v_f∞²/D0⁴", "k_a"),
-    "wall_stiffness": _measure("wall_stiffness", "M v_f∞²", "ε_w"),
-    "start_distance": _measure("start_distance", "D0", "start of the droplet upstream of R"),
-    "time_step": _measure("time_step", "t0", "Δt that was taken"),
-    "time_limit": _measure("time_limit", "t0", "the run ends at the latest, as captured"),
+    "vertex_count": count_column("vertex_count", "N_v, vertices of the outline"),
+    "line_tension": measure_column("line_tension", "M v_f∞²/D0", "γ̃"),
+    "edge_stiffness": measure_column("edge_stiffness", "1", "k̃_l = k_l D0/γ_2D"),
+    "area_stiffness": measure_column("area_stiffness", "M v_f∞²/D0⁴", "k_a"),
+    "wall_stiffness": measure_column("wall_stiffness", "M v_f∞²", "ε_w"),
+    "start_distance": measure_column("start_distance", "D0", "start of the droplet upstream of R"),
+    "time_step": measure_column("time_step", "t0", "Δt that was taken"),
+    "time_limit": measure_column("time_limit", "t0", "the run ends at the latest, as captured"),
     # The name of the parameter itself is that of what is measured.
-    "neck_thickness": _measure("neck_thickness_limit", "D0", "a thinner neck breaks"),
-    "neck_separation": _measure(
+    "neck_thickness": measure_column("neck_thickness_limit", "D0", "a thinner neck breaks"),
+    "neck_separation": measure_column(
         "neck_separation", "1 or D0", "shortest arc between a neck's sides; 1: of the perimeter"
     ),
     "neck_separation_unit": Column("neck_separation_unit", "", "str", "perimeter or diameter"),

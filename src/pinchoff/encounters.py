@@ -16,7 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
-from pinchoff.collisions import COLUMNS, SHARED_COLUMNS, Column, measured_table
+from pinchoff.collisions import (
+    COLUMNS,
+    SHARED_COLUMNS,
+    Column,
+    count_column,
+    measure_column,
+    measured_table,
+)
 from pinchoff.collisions_file import write_collisions
 from pinchoff.law import breakup_number
 from pinchoff.validation import Checked, Number, explained
@@ -37,27 +44,27 @@ NECK_SEPARATION = 0.28
 """Shortest arc between the sides of a neck, of the perimeter, as in the simulation."""
 
 
-def _measure(name: str, unit: str, meaning: str) -> Column:
-    return Column(name, unit, "float64", meaning)
-
-
-def _count(name: str, meaning: str) -> Column:
-    return Column(name, "1", "int64", meaning)
-
-
 FILM_COLUMNS: tuple[Column, ...] = (
     Column("clip", "", "str", "name of the clip"),
-    _count("track_id", "the droplet's track in the clip"),
-    _count("obstacle_id", "number of the obstacle in the clip"),
-    _count("contact_frame", "first frame in contact, from 0"),
-    _count("end_frame", "last frame of the collision that was followed"),
-    _measure("flow_direction_deg", "°", "the droplet's direction at contact, from x towards y"),
-    _measure("side", "1", "1 where its centre of mass is left of the obstacle, -1 where right"),
-    _measure("breakup_frame", "1", "first frame with two droplets"),
-    _measure("breakup_time_s", "s", "time of that frame"),
-    _measure("breakup_neck_um", "µm", "neck in the last frame before the break-up"),
-    _measure("small_daughter_area_um2", "µm²", "smaller daughter in the frame of the break-up"),
-    _measure("large_daughter_area_um2", "µm²", "larger daughter in the frame of the break-up"),
+    count_column("track_id", "the droplet's track in the clip"),
+    count_column("obstacle_id", "number of the obstacle in the clip"),
+    count_column("contact_frame", "first frame in contact, from 0"),
+    count_column("end_frame", "last frame of the collision that was followed"),
+    measure_column(
+        "flow_direction_deg", "°", "the droplet's direction at contact, from x towards y"
+    ),
+    measure_column(
+        "side", "1", "1 where its centre of mass is left of the obstacle, -1 where right"
+    ),
+    measure_column("breakup_frame", "1", "first frame with two droplets"),
+    measure_column("breakup_time_s", "s", "time of that frame"),
+    measure_column("breakup_neck_um", "µm", "neck in the last frame before the break-up"),
+    measure_column(
+        "small_daughter_area_um2", "µm²", "smaller daughter in the frame of the break-up"
+    ),
+    measure_column(
+        "large_daughter_area_um2", "µm²", "larger daughter in the frame of the break-up"
+    ),
 )
 """What only a filmed collision has."""
 

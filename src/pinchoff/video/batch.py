@@ -196,7 +196,8 @@ def measure_to_folder(
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
     """Take the obstacles from the clip's own file where a user has corrected them there."""
     path = folder / clip_folder.OBSTACLES
-    if settings.obstacles is not None or not path.exists():
+    given = settings.obstacles is not None or settings.lattice is not None
+    if given or not path.exists():
         return settings, False
     written = folder / clip_folder.OBSTACLES_AS_FOUND
     if written.exists() and written.read_bytes() == path.read_bytes():

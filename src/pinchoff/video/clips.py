@@ -14,7 +14,7 @@ from pinchoff.encounters import Encounter
 from pinchoff.video.background import sample
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.levels import Calibrated, calibrate
-from pinchoff.video.obstacles import find_obstacles
+from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
 from pinchoff.video.reading import Clip, Frame
 from pinchoff.video.segmentation import Droplet, Segmenter
 from pinchoff.video.settings import VideoSettings
@@ -131,6 +131,9 @@ def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:
     """Return the obstacles that the settings give, or else those in the background."""
     if settings.obstacles is not None:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
+    if settings.lattice is not None:
+        height, width = calibrated.background.luma.shape
+        return lattice_obstacles(settings.lattice, settings.pixel_size_um, (width, height))
     radius = settings.laboratory.obstacle_radius_um
     radius_px = None if radius is None else radius / settings.pixel_size_um
     found = find_obstacles(calibrated.background, radius_px)

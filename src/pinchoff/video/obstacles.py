@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from pinchoff.errors import InputError
 from pinchoff.video.background import Background
+from pinchoff.video.settings import Lattice
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
@@ -146,50 +147,45 @@ def _fitted_circle(points: Floats) -> Floats:
     return circle
 
 
-def lattice(
-    pitch_px: float,
-    radius_px: float,
-    origin: tuple[float, float],
-    size: tuple[int, int],
-    *,
-    angle_deg: float = 0.0,
-    hexagonal: bool = False,
-) -> Floats:
+def lattice_obstacles(lattice: Lattice, pixel_size_um: float, size: tuple[int, int]) -> Floats:
     """Return the obstacles of a regular array that are in view, wholly or in part.
 
     Parameters
     ----------
-    pitch_px : float
-        Distance between neighbours, pixels.
-    radius_px : float
-        Of each, pixels.
-    origin : (float, float)
-        Centre of one of them, pixels.
+    lattice : Lattice
+    pixel_size_um : float
     size : (int, int)
-        Width and height of the image.
-    angle_deg : float, optional
-        Direction of a row, degrees from x towards y.
-    hexagonal : bool, optional
-        Whether rows are shifted by half a pitch; by default the array is square.
+        Width and height of the image, pixels.
 
     Returns
     -------
     ndarray, shape (M, 3)
+        Centres and radii, pixels.
 
     Raises
     ------
     InputError
-        The pitch is not larger than the diameter, or the radius not positive.
+        The pitch is not larger than the diameter.
     """
-    if not 0.0 < 2.0 * radius_px < pitch_px < math.inf:
-        rule, advice = "larger than the diameter of an obstacle", "give both in pixels"
-        raise InputError.of("pitch", rule, f"{pitch_px:g} for radius {radius_px:g}", advice)
-    along = np.array([math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))])
+    if not 2.0 * lattice.radius_um < lattice.pitch_um:
+        rule, advice = "larger than the diameter of an obstacle", "check both"
+        got = f"{lattice.pitch_um:g} µm for a radius of {lattice.radius_um:g} µm"
+        raise InputError.of("lattice.pitch_um", rule, got, advice)
+    pitch_px, radius_px = lattice.pitch_um / pixel_size_um, lattice.radius_um / pixel_size_um
+    if radius_px < 1.0:
+        got, advice = f"{radius_px:.2g} pixels", "check it and the pixel's size"
+        raise InputError.of("lattice.radius_um", "a pixel or more", got, advice)
+    angle = math.radians(lattice.angle_deg)
+    along = np.array([math.cos(angle), math.sin(angle)])
     across = np.array([-along[1], along[0]])
-    second = pitch_px * (0.5 * along + math.sqrt(0.75) * across if hexagonal else across)
-    reach = math.ceil(2.0 * (math.hypot(*size) + math.hypot(*origin)) / pitch_px) + 2
-    i, j = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
-    centres = np.array(origin) + i[:, None] * pitch_px * along + j[:, None] * second
+    second = 0.5 * along + math.sqrt(0.75) * across if lattice.hexagonal else across
+    steps = pitch_px * np.stack([along, second])
+    # From the obstacle nearest to the middle of the image, however far away the given one is.
+    origin, middle = np.array([lattice.x_px, lattice.y_px]), 0.5 * np.array(size)
+    origin += np.round(np.linalg.solve(steps.T, middle - origin)) @ steps
+    reach = math.ceil(math.hypot(*size) / pitch_px) + 2
+    places = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    centres = origin + places.T @ steps
     inside = np.all((centres > -radius_px) & (centres < np.array(size) - 1 + radius_px), axis=1)
     kept = centres[inside]
     return np.column_stack([kept, np.full(len(kept), radius_px)])

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pinchoff.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.errors import InputError
 from pinchoff.validation import Checked, Number, WholeNumber, explained, number
 
 
@@ -14,6 +15,36 @@ def _derived(low: float, high: float, meaning: str) -> Any:
     rule = f"a finite number from {low:g} to {high:g}"
     advice = f"{meaning}, or leave it out: it follows from the image"
     return explained(rule, advice, ge=low, le=high, default=None)
+
+
+class Lattice(Checked):
+    """A regular array of obstacles.
+
+    Parameters
+    ----------
+    pitch_um : float
+        Distance between neighbours, µm.
+    radius_um : float
+        Of each, µm.
+    x_px, y_px : float
+        Centre of one of them in the image, pixels.
+    angle_deg : float, optional
+        Direction of a row, degrees from x towards y.
+    hexagonal : bool, optional
+        Whether rows are shifted by half a pitch; by default the array is square.
+
+    Raises
+    ------
+    InputError
+        A value is missing, out of its range or of the wrong type.
+    """
+
+    pitch_um: Number = number(1e-3, 1e6, "the distance between neighbours in µm")
+    radius_um: Number = number(1e-3, 1e6, "their radius in µm")
+    x_px: Number = number(-1e5, 1e5, "x of one of their centres in pixels")
+    y_px: Number = number(-1e5, 1e5, "y of one of their centres in pixels")
+    angle_deg: Number = number(-360.0, 360.0, "the direction of a row", default=0.0)
+    hexagonal: bool = explained("true or false", "whether rows are shifted", default=False)
 
 
 class VideoSettings(Checked):
@@ -40,6 +71,9 @@ class VideoSettings(Checked):
         Smaller droplets are left out, µm.
     obstacles : tuple of (x, y, radius), optional
         Centres and radii in pixels; by default they are looked for in the background.
+    lattice : Lattice, optional
+        A regular array of them instead; as a table in TOML, or behind ``--set`` as
+        ``lattice={pitch_um=900, radius_um=85, x_px=320, y_px=256}``.
     contact_distance_um : float
         An outline that comes this near to an obstacle is in contact, µm.
     velocity_frames : int
@@ -74,6 +108,9 @@ class VideoSettings(Checked):
     obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
         "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
     )
+    lattice: Lattice | None = explained(
+        "a table with pitch_um, radius_um, x_px and y_px", "a regular array", default=None
+    )
     contact_distance_um: Number = number(0.0, 1e4, "a distance in µm", default=CONTACT_DISTANCE_UM)
     velocity_frames: WholeNumber = explained(
         "a whole number from 3 to 100", "frames of the velocity's fit", ge=3, le=100, default=8
@@ -84,6 +121,13 @@ class VideoSettings(Checked):
     )
     area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
+
+    @model_validator(mode="after")
+    def _one_arrangement(self) -> Self:
+        if self.obstacles is not None and self.lattice is not None:
+            advice = "give one of the two"
+            raise InputError.of("lattice", "left out beside obstacles", "both", advice)
+        return self
 
     @property
     def minimum_area_px(self) -> float:
