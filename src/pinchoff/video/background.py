@@ -76,8 +76,10 @@ def median_background(frames: Sequence[Frame]) -> Background:
     Parameters
     ----------
     frames : sequence of Frame
-        One or more of one size.
+        One or more of one size. One alone is never empty: then the light stands for the chamber.
     """
+    if len(frames) == 1:
+        return _still_background(frames[0])
     lumas = np.stack([frame.luma for frame in frames])
     luma = np.median(lumas, axis=0).astype(np.float32)
     first = frames[0].chroma
@@ -145,6 +147,17 @@ def _background(luma: Image, chroma: Image | None, noise: float) -> Background:
     smooth = cv2.GaussianBlur(closed, (0, 0), reach / 2.0)
     light = cv2.resize(smooth, (width, height), interpolation=cv2.INTER_LINEAR)
     return Background(luma, chroma, light / max(float(light.mean()), 1.0), noise)
+
+
+def _still_background(frame: Frame) -> Background:
+    luma = frame.luma.astype(np.float32)
+    seen = _background(luma, None, _noise(frame.luma[None], luma))
+    chroma = None
+    if frame.chroma is not None:
+        tints = np.median(frame.chroma, axis=(1, 2), keepdims=True).astype(np.float32)
+        chroma = np.broadcast_to(tints, frame.chroma.shape).copy()
+    empty: Image = seen.light * np.float32(luma.mean() / seen.light.mean())
+    return Background(empty, chroma, seen.light, seen.noise)
 
 
 def _noise(lumas: Pixels, luma: Image) -> float:

@@ -309,23 +309,26 @@ def _apart(ring: Pixels, body: _Body) -> list[Walk]:
     window = np.s_[top : top + high, left : left + wide]
     region = np.zeros((high, wide), dtype=np.uint8)
     cv2.drawContours(region, [body.walk], -1, 255, cv2.FILLED, offset=(-left, -top))
-    owner = np.zeros((high, wide), dtype=np.uint8)
+    owner = np.zeros((high, wide), dtype=np.int32)
     for number, holes in enumerate(body.interiors, start=1):
-        cv2.drawContours(owner, holes, -1, min(number, 255), cv2.FILLED, offset=(-left, -top))
+        cv2.drawContours(owner, holes, -1, number, cv2.FILLED, offset=(-left, -top))
     owner[ring[window] > 0] = 0
     _, nearest = cv2.distanceTransformWithLabels(
-        cv2.compare(owner, 0, cv2.CMP_EQ), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+        np.where(owner == 0, 255, 0).astype(np.uint8),
+        cv2.DIST_L2,
+        5,
+        labelType=cv2.DIST_LABEL_CCOMP,
     )
-    owner_of = np.zeros(int(nearest.max()) + 1, dtype=np.uint8)
+    owner_of = np.zeros(int(nearest.max()) + 1, dtype=np.int32)
     owner_of[nearest[owner > 0]] = owner[owner > 0]
     whole = owner_of[nearest]
     parts = []
-    for number in range(1, len(body.interiors) + 1):
+    for number, holes in enumerate(body.interiors, start=1):
         own = np.where((whole == number) & (region > 0), 255, 0).astype(np.uint8)
         walks, _ = cv2.findContours(
             own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
         )
-        parts.append(max(walks, key=len))
+        parts.append(max([*walks, holes[0]], key=len))
     return parts
 
 
