@@ -30,7 +30,7 @@ LABORATORY = Laboratory(
     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
 )
 PIXEL_UM = 5.28
-RUNS = 50  # of the engine, in a clip
+RUNS = 70  # of the engine, in a clip
 PAPER_ERROR_OF_S = 0.088
 
 

@@ -94,10 +94,8 @@ def test_past_a_cylinder_errors_fall_as_the_cube_of_the_element_size(cylinder):
     assert order > 2.4
 
 
-@pytest.mark.parametrize(("radius", "thickness"), [(85.0, 85.0), (60.0, 45.0)])
-def test_the_drag_on_a_cylinder_is_the_exact_one(cylinder, radius, thickness):
-    exact = cylinder(radius, thickness)
-    field = past_cylinder(exact, 6.0)
+def drag_on_cylinder(field, radius):
+    """Sum the forces on the nodes of a cylinder about the origin."""
     corners = field.mesh.points
     on_cylinder = np.flatnonzero(np.hypot(*corners[: field.mesh.wall_count].T) < 1.01 * radius)
     nodes = np.zeros(len(field.velocity), dtype=bool)
@@ -105,9 +103,41 @@ def test_the_drag_on_a_cylinder_is_the_exact_one(cylinder, radius, thickness):
     for a, b, edge in ((0, 1, 3), (1, 2, 4), (0, 2, 5)):
         both = nodes[field.nodes_of[a]] & nodes[field.nodes_of[b]]
         nodes[field.nodes_of[edge][both]] = True
-    drag = field.reactions[nodes].sum(axis=0)
+    return field.reactions[nodes].sum(axis=0)
+
+
+@pytest.mark.parametrize(("radius", "thickness"), [(85.0, 85.0), (60.0, 45.0)])
+def test_the_drag_on_a_cylinder_is_the_exact_one(cylinder, radius, thickness):
+    exact = cylinder(radius, thickness)
+    drag = drag_on_cylinder(past_cylinder(exact, 6.0), radius)
     assert drag[0] == pytest.approx(exact.drag, rel=5e-3)
     assert drag[1] == pytest.approx(0.0, abs=5e-3 * exact.drag)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.2, 0.3])
+def test_the_drag_on_a_cylinder_in_a_channel_is_faxens(share):
+    """Plane Stokes flow: a cylinder half way between walls that move with the far fluid.
+
+    Faxén's series (Proc. R. Swed. Acad. Eng. Sci. 187, 1946) in k, radius over half the width.
+    """
+    radius = 50.0
+    half = radius / share
+    hole = Point(0, 0).buffer(radius, quad_segs=128)
+    channel = Polygon(box(-5 * half, -half, 5 * half, half).exterior, [hole.exterior])
+
+    def size(points):
+        return np.where(np.hypot(*points.T) < 1.6 * radius, 8.0, 24.0)
+
+    def velocity(points):
+        far = np.hypot(*points.T) > 1.2 * radius
+        return np.column_stack([far.astype(float), np.zeros(len(points))])
+
+    mesh = build_mesh(MultiPolygon([channel]), size, 60.0)
+    drag = drag_on_cylinder(solve(mesh, math.inf, wall_velocity=velocity), radius)
+    k = share
+    series = 1.7244 * k**2 - 1.7302 * k**4 + 2.4056 * k**6 - 4.5913 * k**8
+    assert drag[0] == pytest.approx(4 * math.pi / (-math.log(k) - 0.9157 + series), rel=5e-3)
+    assert drag[1] == pytest.approx(0.0, abs=1e-3 * drag[0])
 
 
 def test_outside_the_fluid_there_is_no_velocity_and_no_pressure():
