@@ -30,7 +30,7 @@ LABORATORY = Laboratory(
     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
 )
 PIXEL_UM = 5.28
-RUNS = 70  # of the engine, in a clip
+RUNS, HARD_RUNS = 70, 25  # of the engine, in a moderate and in a hard clip
 PAPER_ERROR_OF_S = 0.088
 
 
@@ -207,7 +207,7 @@ def main() -> None:
     lines: dict[str, dict[str, float]] = {}
     fits: dict[str, Any] = {}
     with ProcessPoolExecutor(thread_count(None), mp_context=get_context("spawn")) as pool:
-        for name, cases, runs in (("MODERATE", MODERATE, RUNS), ("HARD", HARD, RUNS // 2)):
+        for name, cases, runs in (("MODERATE", MODERATE, RUNS), ("HARD", HARD, HARD_RUNS)):
             if arguments.quick:
                 cases, runs = cases[:2], 12
             seeds = range(100, 100 + len(cases)) if name == "MODERATE" else range(200, 250)
