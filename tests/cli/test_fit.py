@@ -138,6 +138,8 @@ def test_results_are_not_overwritten_unasked(virtual, tmp_path, capsys):
     before = (tmp_path / "law" / "law.json").read_bytes()
     assert fit(*arguments) == 2
     assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
+    assert fit(*arguments, "--overwrite", "--confidence", "2") == 2
+    assert (tmp_path / "law" / "law.json").read_bytes() == before
     assert fit(*arguments, "--overwrite") == 0
     assert (tmp_path / "law" / "law.json").read_bytes() == before
 

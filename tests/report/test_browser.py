@@ -13,7 +13,10 @@ from matplotlib.figure import Figure
 
 from pinchoff.report.page import Page
 
-BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("chrome")
+BROWSER = next(
+    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))),
+    None,
+)
 FLAGS = [
     "--headless",
     "--no-sandbox",

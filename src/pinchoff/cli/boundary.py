@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
 from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, configuration, value_of
 from pinchoff.cli.report import json_text
 from pinchoff.errors import InputError
@@ -114,6 +114,7 @@ def boundary(
     started = time.perf_counter()
     line = _found(base, vary, width_number, scan_number)
     report, fit = _report(line, time.perf_counter() - started)
+    remove_results(folder, _FILES)
     paths = _write(line, fit, report, folder)
     if as_json:
         print(json_text(report), end="")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
 from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, value_of
 from pinchoff.cli.report import json_text, jsonable
 from pinchoff.errors import InputError
@@ -131,6 +131,7 @@ def chamber(
     violations = po_chamber.check_rules(design)
     prepare_folder(folder, _FILES, overwrite=overwrite)
     _report_violations(design, violations, folder)
+    remove_results(folder, [name for name in _FILES if not (violations and name == RULES)])
     paths = _write(design, violations, folder)
     checked = _flow(design, violations, folder) if flow else None
     record = _record(design, violations, checked, folder / RECORD)

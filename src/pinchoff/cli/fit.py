@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
 from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite
 from pinchoff.cli.report import json_text, jsonable, printed_warnings
 from pinchoff.cli.table import ColumnMap, Constants, Units, imported
@@ -128,6 +128,7 @@ def fit(
         )
     for message in collisions.messages():
         print(f"warning: {message}", file=sys.stderr)
+    remove_results(folder, _FILES)
     _write(study, table.name, folder)
     if as_json:
         print(_law_text(study), end="")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from pinchoff.errors import InputError
@@ -31,15 +31,17 @@ def prepare_folder(
     overwrite: bool = False,
     held: Callable[[Path], str] | None = None,
 ) -> None:
-    """Make the folder, free of earlier results, and make sure that it can be written to.
+    """Make the folder, and make sure that it can be written to and may be.
+
+    Earlier results stay: `remove_results` removes them once the new ones are there to be written.
 
     Parameters
     ----------
     out : Path
     results : sequence of str, optional
-        Names of the files that the command writes there; those that exist are removed.
+        Names of the files that the command writes there.
     overwrite : bool, optional
-        Whether they may be.
+        Whether those that exist may be replaced.
     held : callable, optional
         Says of the folder what it holds, for the error; by default the name of the first result.
 
@@ -49,9 +51,9 @@ def prepare_folder(
         It cannot be made or written to, or holds results that may not be replaced.
     """
     try:
-        present = [out / name for name in results if (out / name).exists()]
-        if present and not overwrite:
-            found = held(out) if held else f"it holds {present[0].name}"
+        present = next((name for name in results if (out / name).exists()), None)
+        if present is not None and not overwrite:
+            found = held(out) if held else f"it holds {present}"
             advice = "add --overwrite, or choose another folder"
             got = f"{out} ({found})"
             raise InputError.of("--out", "a folder without results", got, advice)
@@ -59,9 +61,20 @@ def prepare_folder(
         with written_aside(out / _PROBE) as unfinished:
             unfinished.touch()
         (out / _PROBE).unlink()
-        for path in present:
-            path.unlink()
     except OSError as error:
         got = f"{out} ({error.strerror})"
         rule = "a folder that can be written to"
         raise InputError.of("--out", rule, got, "choose another") from None
+
+
+def remove_results(out: Path, results: Iterable[str]) -> None:
+    """Remove earlier results, so that none of them stands beside new ones.
+
+    Parameters
+    ----------
+    out : Path
+    results : iterable of str
+        Names of files; those that do not exist are passed over.
+    """
+    for name in results:
+        (out / name).unlink(missing_ok=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
 from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, changed, configuration
 from pinchoff.cli.report import json_text, print_table, printed_warnings, report_of
 from pinchoff.errors import InputError, SimulationError
@@ -132,6 +132,7 @@ def run(
     prepare_folder(
         folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
     )
+    remove_results(folder, _FILES)  # before: the outlines are written while it runs
     collision = _simulated(parameters, folder / OUTLINES, interval)
     assert collision.outlines is not None
     _draw(collision.outlines, folder, movie)
