@@ -1,8 +1,8 @@
 """Thresholds that follow from the image.
 
-The ring is the darkest part of the droplets. The outline lies where the brightness across it,
-averaged along the outlines of the sample, changes fastest: blur, which lightens a thin ring,
-does not move that place. The interior's colour is that of the regions that dark rings enclose.
+The ring is the darkest part of the droplets. The outline lies at the darkness that a blurred ring,
+fitted to the mean profile across the outlines of the sample, has at its outer edge. The interior's
+colour is that of the regions that dark rings enclose.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from pinchoff.errors import InputError
 from pinchoff.video.background import Background, masked_background, median_background
+from pinchoff.video.profiles import apparent_width, fit_ring, mean_profile
 from pinchoff.video.reading import Frame
-from pinchoff.video.segmentation import Levels, Segmenter
+from pinchoff.video.segmentation import Droplet, Levels, Segmenter
 from pinchoff.video.settings import VideoSettings
 
 T = TypeVar("T")
@@ -28,11 +29,9 @@ Pixels = NDArray[np.uint8]
 _FIRST_EDGE = 0.5  # of the ring's darkness, before the profile is known
 _RING_QUANTILE = 0.98  # of what is clearly darker than the fluid
 _CLEARLY = 6.0  # standard deviations of the noise
-_FEW = 8  # frames, about, from which colour and profile are taken
+_FEW = 8  # frames, about, from which the colour is taken
 _MARGIN_PX = 4  # round droplets, where the background is not learned
-_PROFILE_STEP = 0.25  # pixels
-_PROFILE = np.arange(-12.0, 3.0 + 1e-9, _PROFILE_STEP)  # across outlines, outwards, pixels
-_NEAR_PX = 1.5  # of the outline, where the profile's steepest place is looked for
+_EDGE_LIMITS = (0.05, 0.95)  # of the ring's darkness
 _LEAST_COLOUR = 0.04  # of the ring's darkness: a paler interior is told by its ring alone
 
 
@@ -70,13 +69,13 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         ]
         if len(frames) > 2:
             background = masked_background(frames, masks, background)
-        outlines = [[d.outline for d in each if not d.cut and d.group < 0] for each in found]
-        sides = (_few(frames), _few(outlines))
-        profile = _profile(*sides, Segmenter(background, levels), background)
-        if profile is not None:
+        profiles = _profiles(frames, found, Segmenter(background, levels), background)
+        if profiles:
             if settings.edge_level is None:
-                levels = replace(levels, edge=_level_of_steepest(profile, levels))
-            levels = replace(levels, ring_width=_ring_width(profile, levels))
+                level = fit_ring(profiles).edge(_curvature(found)) / levels.ring
+                levels = replace(levels, edge=float(np.clip(level, *_EDGE_LIMITS)))
+            width = apparent_width(np.mean(profiles, axis=0), levels.edge * levels.ring)
+            levels = replace(levels, ring_width=width)
     return Calibrated(background, levels)
 
 
@@ -180,48 +179,29 @@ def _near(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
     return mask
 
 
-def _profile(
+def _measurable(droplets: Sequence[Droplet]) -> list[Floats]:
+    """Return the outlines that are whole and touch no other."""
+    return [each.outline for each in droplets if not each.cut and each.group < 0]
+
+
+def _curvature(found: Sequence[Sequence[Droplet]]) -> float:
+    """Return the mean curvature of outlines, each of which turns once, 1/pixel."""
+    outlines = [outline for droplets in found for outline in _measurable(droplets)]
+    perimeter = sum(float(np.hypot(*(np.roll(o, -1, axis=0) - o).T).sum()) for o in outlines)
+    return 2.0 * np.pi * len(outlines) / perimeter
+
+
+def _profiles(
     frames: Sequence[Frame],
-    outlines: Sequence[Sequence[Floats]],
+    found: Sequence[Sequence[Droplet]],
     segmenter: Segmenter,
     background: Background,
-) -> Floats | None:
-    """Return the mean darkness across the outlines, at average light; None without outlines."""
-    total, count = np.zeros(len(_PROFILE)), 0
-    for frame, each in zip(frames, outlines, strict=True):
-        if not each:
-            continue
-        dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
-        for outline in each:
-            tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
-            length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
-            outward = np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None]
-            where = outline[:, None, :] + _PROFILE[None, :, None] * outward[:, None, :]
-            where = where.astype(np.float32)
-            values = cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC)
-            total += values.sum(axis=0)
-            count += len(outline)
-    return total / count if count else None
-
-
-def _level_of_steepest(profile: Floats, levels: Levels) -> float:
-    """Return the profile's value where it falls fastest outwards, of the ring's darkness."""
-    slope = np.gradient(profile)
-    near = np.flatnonzero(np.abs(_PROFILE) <= _NEAR_PX)
-    k = int(near[np.argmin(slope[near])])
-    if k in (near[0], near[-1]) or slope[k] >= 0.0:
-        return levels.edge
-    curve = slope[k - 1] - 2.0 * slope[k] + slope[k + 1]
-    shift = 0.5 * (slope[k - 1] - slope[k + 1]) / curve if curve > 0.0 else 0.0
-    value = np.interp(k + np.clip(shift, -0.5, 0.5), np.arange(len(profile)), profile)
-    return float(np.clip(value / levels.ring, 0.05, 0.95))
-
-
-def _ring_width(profile: Floats, levels: Levels) -> float:
-    """Return how far inwards the profile stays above the edge's level; 0 if it always does."""
-    inwards = profile[_PROFILE <= 0.0][::-1] / levels.ring
-    dark = np.flatnonzero(inwards > levels.edge)
-    if not dark.size:
-        return 0.0
-    light = np.flatnonzero(inwards[dark[0] :] <= levels.edge)
-    return float(_PROFILE_STEP * (dark[0] + light[0])) if light.size else 0.0
+) -> list[Floats]:
+    """Return the mean darkness across the outlines in each frame that has some."""
+    profiles = []
+    for frame, droplets in zip(frames, found, strict=True):
+        outlines = _measurable(droplets)
+        if outlines:
+            dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
+            profiles.append(mean_profile(dark, outlines))
+    return profiles

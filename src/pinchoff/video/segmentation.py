@@ -9,6 +9,7 @@ two droplets that touch.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -28,6 +29,7 @@ Walk = NDArray[np.int32]
 
 _DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
 _FREE = -1
+_INTERIOR_SHARE = 0.25  # least of the smallest droplet's area: the ring takes the rest
 _THINNEST_WALL = 1.4  # ring widths between two droplets that touch
 _PALEST_WALL = 0.75  # of the ring's darkness, likewise
 
@@ -88,6 +90,11 @@ class Levels:
     minimum_area: float
     ring_width: float = 0.0
 
+    @property
+    def pale_edge(self) -> float:
+        """Like `edge`, halfway from there to the darkness of the interior."""
+        return 0.5 * (self.edge + max(0.0, -float(self.colour[0])) / self.ring)
+
 
 class _Seen(NamedTuple):
     """A frame and how bright its lamp is."""
@@ -127,16 +134,48 @@ class Segmenter:
         return smooth
 
     def droplets(self, frame: Frame) -> list[Droplet]:
-        """Return the droplets of a frame, the touching ones apart."""
+        """Return the droplets of a frame, the touching ones apart.
+
+        Where something of the droplets' colour has no closed ring about it, the ring may be pale,
+        because the droplet moves fast or is out of focus: there a lower level is tried.
+        """
         seen = _Seen(frame, self._background.lamp(frame.luma))
         dark = self.darkness(*seen)
+        if not self._likeness.known:
+            return self._enclosed(seen.lamp, None, dark, self._levels.edge)
+        alike = self._likeness.of(seen)
+        found = self._enclosed(seen.lamp, alike, dark, self._levels.edge)
+        pale = self._levels.pale_edge
+        if pale >= self._levels.edge:
+            return found
+        claimed = _claimed(found, alike.shape)
+        if not self._left_over(alike, claimed):
+            return found
+        last = max((each.group for each in found), default=_FREE)
+        for each in self._enclosed(seen.lamp, alike, dark, pale):
+            if not _is_in(claimed, each):
+                group = each.group if each.group == _FREE else each.group + last + 1
+                found.append(each._replace(group=group))
+        return found
+
+    def _left_over(self, alike: Image, claimed: Pixels) -> bool:
+        """Return whether much has the droplets' colour outside of what was found."""
+        rest = cv2.compare(alike, self._levels.interior, cv2.CMP_GE)
+        rest = cv2.subtract(rest, claimed)
+        rest = cv2.morphologyEx(rest, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        # At half the resolution.
+        return cv2.countNonZero(rest) >= _INTERIOR_SHARE * self._levels.minimum_area / 4.0
+
+    def _enclosed(
+        self, lamp: float, alike: Image | None, dark: Pixels, level: float
+    ) -> list[Droplet]:
+        """Return what rings darker than a level, a fraction of the ring's darkness, enclose."""
         # Light that is brighter by some factor darkens a ring by as many more grey levels.
-        threshold = cv2.convertScaleAbs(self._ring, alpha=self._levels.edge * seen.lamp)
+        threshold = cv2.convertScaleAbs(self._ring, alpha=level * lamp)
         ring = cv2.compare(dark, threshold, cv2.CMP_GT)
-        alike = self._likeness.of(seen) if self._likeness.known else None
         if alike is not None:
             self._close_at_edges(alike, ring)
-        bodies = self._bodies(seen.lamp, alike, dark, ring)
+        bodies = self._bodies(lamp, alike, dark, ring)
         walks: list[Walk] = []
         groups: list[int] = []
         wholes: dict[int, int] = {}  # of a group that may be one droplet: place of its walk
@@ -172,8 +211,7 @@ class Segmenter:
         contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         found: dict[int, list[Walk]] = {}
         parents = hierarchy[0, :, 3].tolist() if len(contours) else []
-        # The ring takes some of a small droplet's area.
-        least = 0.25 * self._levels.minimum_area
+        least = _INTERIOR_SHARE * self._levels.minimum_area
         for hole, parent in zip(contours, parents, strict=True):
             if parent < 0 or len(hole) ** 2 < 4.0 * np.pi * least:
                 continue
@@ -285,6 +323,20 @@ class _Body(NamedTuple):
 
     walk: Walk
     interiors: list[list[Walk]]
+
+
+def _claimed(droplets: Sequence[Droplet], shape: tuple[int, ...]) -> Pixels:
+    """Return a mask of droplets at half the resolution, `shape`."""
+    mask = np.zeros(shape, dtype=np.uint8)
+    for each in droplets:
+        cv2.fillPoly(mask, [np.rint(0.5 * each.outline).astype(np.int32)], 255)
+    return mask
+
+
+def _is_in(claimed: Pixels, droplet: Droplet) -> bool:
+    """Return whether most of a droplet is in a mask at half the resolution."""
+    own = _claimed([droplet], claimed.shape)
+    return 2 * cv2.countNonZero(cv2.min(own, claimed)) > cv2.countNonZero(own)
 
 
 def _distance(one: Walk, other: Walk) -> float:

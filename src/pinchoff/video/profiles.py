@@ -1,0 +1,133 @@
+"""The darkness across an outline: a ring of one width and darkness, blurred more or less.
+
+Blur moves the place where the darkness changes fastest outwards as soon as it is not small against
+the ring's width; it hardly moves the darkness at the ring's true edge. So the blurred ring is
+fitted, and the outline is drawn at the darkness that the fit has at its edge. What the focus does
+in the course of a clip tells width and darkness apart.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.special import ndtr
+
+Floats = NDArray[np.float64]
+
+_STEP = 0.25  # pixels
+ACROSS = np.arange(-12.0, 3.0 + 1e-9, _STEP)
+"""Where profiles are taken, pixels outwards from the outline."""
+
+_MOST_BLURS = 12  # parts of the clip, each with a blur of its own
+_LARGEST_SHIFT = 2.5  # pixels between the first outline and the ring's edge
+_WIDTHS = (0.5, 11.0)  # of a ring, pixels
+_BLURS = (0.3, 8.0)  # pixels, the smoothing before thresholds included
+
+
+class RingFit(NamedTuple):
+    """A blurred ring fitted to profiles.
+
+    Attributes
+    ----------
+    darkness : float
+        Of the ring without blur, grey levels.
+    width : float
+        Pixels.
+    interior : float
+        Darkness of what it encloses, grey levels.
+    blurs : ndarray, shape (K,)
+        Standard deviations, pixels, in the order of the profiles.
+    """
+
+    darkness: float
+    width: float
+    interior: float
+    blurs: Floats
+
+    def edge(self, curvature: float) -> float:
+        """Return the darkness at the ring's outer edge at the median blur, grey levels.
+
+        Blur mixes half of what lies inside a straight edge with half of what lies outside; a
+        curved edge has less inside, by blur times curvature over sqrt(8 pi) to first order.
+
+        Parameters
+        ----------
+        curvature : float
+            Of the outlines on average, 1/pixel.
+        """
+        blur = float(np.median(self.blurs))
+        inside = 0.5 - blur * curvature / math.sqrt(8.0 * math.pi)
+        beyond = float(ndtr(-self.width / blur))
+        return self.darkness * inside + (self.interior - self.darkness) * beyond
+
+
+def mean_profile(dark: NDArray[Any], outlines: Sequence[Floats]) -> Floats:
+    """Return the mean darkness at `ACROSS`.
+
+    Parameters
+    ----------
+    dark : ndarray of float32, shape (height, width)
+    outlines : sequence of ndarray, shape (n, 2)
+        One or more, clockwise as seen, pixels.
+    """
+    total, count = np.zeros(len(ACROSS)), 0
+    for outline in outlines:
+        tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
+        length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
+        outward = np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None]
+        where = outline[:, None, :] + ACROSS[None, :, None] * outward[:, None, :]
+        where = where.astype(np.float32)
+        total += cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC).sum(axis=0)
+        count += len(outline)
+    return total / count
+
+
+def fit_ring(profiles: Sequence[Floats]) -> RingFit:
+    """Fit one ring, with a blur for every part of the clip, by least squares.
+
+    Parameters
+    ----------
+    profiles : sequence of ndarray, shape as `ACROSS`
+        In the order of time; neighbours are averaged.
+    """
+    parts = np.array_split(np.arange(len(profiles)), min(_MOST_BLURS, len(profiles)))
+    seen = np.array([np.mean([profiles[k] for k in part], axis=0) for part in parts])
+    count, darkest = len(seen), max(float(seen.max()), 1.0)
+
+    def misfit(unknown: Floats) -> Floats:
+        darkness, width, interior = unknown[:3]
+        edges, blurs = unknown[3 : 3 + count, None], unknown[3 + count :, None]
+        inside = darkness * ndtr((edges - ACROSS) / blurs)
+        inside += (interior - darkness) * ndtr((edges - width - ACROSS) / blurs)
+        off: Floats = (inside - seen).ravel()
+        return off
+
+    lowest = np.r_[0.0, _WIDTHS[0], -darkest, np.full(count, -_LARGEST_SHIFT)]
+    highest = np.r_[3.0 * darkest, _WIDTHS[1], darkest, np.full(count, _LARGEST_SHIFT)]
+    start = np.r_[1.1 * darkest, 3.5, 0.2 * darkest, np.zeros(count)]
+    found = least_squares(
+        misfit,
+        np.r_[start, np.full(count, 1.2)],
+        bounds=(
+            np.r_[lowest, np.full(count, _BLURS[0])],
+            np.r_[highest, np.full(count, _BLURS[1])],
+        ),
+    ).x
+    darkness, width, interior = found[:3].tolist()
+    return RingFit(darkness, width, interior, found[3 + count :])
+
+
+def apparent_width(profile: Floats, level: float) -> float:
+    """Return how far inwards a profile stays above a level, pixels; 0 if it always does."""
+    inwards = profile[ACROSS <= 0.0][::-1]
+    dark = np.flatnonzero(inwards > level)
+    if not dark.size:
+        return 0.0
+    light = np.flatnonzero(inwards[dark[0] :] <= level)
+    return float(_STEP * (dark[0] + light[0])) if light.size else 0.0
