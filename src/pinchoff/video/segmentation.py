@@ -159,12 +159,15 @@ class Segmenter:
         return found
 
     def _left_over(self, alike: Image, claimed: Pixels) -> bool:
-        """Return whether much has the droplets' colour outside of what was found."""
-        rest = cv2.compare(alike, self._levels.interior, cv2.CMP_GE)
-        rest = cv2.subtract(rest, claimed)
+        """Return whether something of the droplets' colour, not cut by the frame, was not found."""
+        rest = cv2.subtract(cv2.compare(alike, self._levels.interior, cv2.CMP_GE), claimed)
+        least = _INTERIOR_SHARE * self._levels.minimum_area / 4.0  # at half the resolution
+        if cv2.countNonZero(rest) < least:
+            return False
         rest = cv2.morphologyEx(rest, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-        # At half the resolution.
-        return cv2.countNonZero(rest) >= _INTERIOR_SHARE * self._levels.minimum_area / 4.0
+        walks, _ = cv2.findContours(rest, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        size = (rest.shape[1], rest.shape[0])
+        return any(cv2.contourArea(walk) >= least and not _is_cut(walk, size) for walk in walks)
 
     def _enclosed(
         self, lamp: float, alike: Image | None, dark: Pixels, level: float
@@ -385,7 +388,11 @@ def _apart(ring: Pixels, body: _Body) -> list[Walk]:
 
 
 def _droplet(outline: Floats, walk: Walk, group: int, size: tuple[int, int]) -> Droplet:
-    left, top, wide, high = cv2.boundingRect(walk)
-    cut = left <= 0 or top <= 0 or left + wide >= size[0] or top + high >= size[1]
     x, y = _core.centroid(outline)
-    return Droplet(outline, _core.area(outline), x, y, cut, group)
+    return Droplet(outline, _core.area(outline), x, y, _is_cut(walk, size), group)
+
+
+def _is_cut(walk: Walk, size: tuple[int, int]) -> bool:
+    """Return whether pixels reach the edge of an image of some width and height."""
+    left, top, wide, high = cv2.boundingRect(walk)
+    return bool(left <= 0 or top <= 0 or left + wide >= size[0] or top + high >= size[1])
