@@ -67,7 +67,8 @@ def test_profile_points_outwards():
 
 
 def test_apparent_width_is_between_the_crossings():
-    profile = np.where((ACROSS > -5.1) & (ACROSS < -0.6), 100.0, 10.0)
-    assert apparent_width(profile, 50.0) == pytest.approx(5.1, abs=0.3)
+    profile = np.interp(ACROSS, [-6.0, -5.0, -1.0, 0.0], [10.0, 90.0, 90.0, 0.0])
+    assert apparent_width(profile, 50.0) == pytest.approx(5.5 - 5.0 / 9.0, abs=1e-6)
     assert apparent_width(np.full(len(ACROSS), 100.0), 50.0) == 0.0
     assert apparent_width(np.zeros(len(ACROSS)), 50.0) == 0.0
+    assert apparent_width(np.where(ACROSS < 0.0, 100.0, 0.0), 50.0) == 0.0

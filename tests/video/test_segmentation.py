@@ -127,6 +127,28 @@ def test_any_colour_of_dye(disc, moving, found, microscope, interior):
     assert all(len(droplets) == 1 for droplets in frames)
 
 
+@pytest.mark.parametrize("radius", [3.5, 5.0, 7.0, 9.0])
+def test_droplets_that_are_all_ring(disc, moving, found, settings, microscope, radius):
+    """The ring is 3.6 pixels wide: the smallest droplets show no interior."""
+    small = moving(disc(radius), (20.0, 130.4), (6.0, 0.1), OBSTACLE)
+    told = settings.replace(minimum_diameter_um=30.0)
+    large = moving(disc(18.0), (30.3, 50.0), (5.0, 0.0), OBSTACLE)
+    for number, droplets in enumerate(found(Scene((large, small)), microscope, told=told)):
+        (droplet,) = (each for each in droplets if each.y > 110.0)
+        assert droplet.x == pytest.approx(20.0 + 6.0 * number, abs=0.15)
+        assert droplet.area == pytest.approx(math.pi * radius**2, rel=0.5 / radius)
+
+
+def test_dark_bits_that_are_no_droplets(disc, moving, found, settings, microscope):
+    """What is thin, or smaller than the smallest droplet, is none."""
+    thread = moving(disc(12.0) * (1.0, 0.15), (20.0, 130.0), (6.0, 0.0), OBSTACLE)
+    speck = moving(disc(2.5), (20.0, 150.0), (6.0, 0.0), OBSTACLE)
+    large = moving(disc(18.0), (30.3, 50.0), (5.0, 0.0), OBSTACLE)
+    told = settings.replace(minimum_diameter_um=30.0)
+    for droplets in found(Scene((large, thread, speck)), microscope, told=told):
+        assert not [each for each in droplets if each.y > 100.0]
+
+
 def test_given_colour_and_clicks(disc, moving, found, settings, microscope):
     scene = Scene((crossing(disc, moving),))
     told = settings.replace(interior=microscope.interior)

@@ -7,6 +7,7 @@ colour is that of the regions that dark rings enclose.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple, TypeVar
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 
 from pinchoff.errors import InputError
 from pinchoff.video.background import Background, masked_background, median_background
-from pinchoff.video.profiles import apparent_width, fit_ring, mean_profile
+from pinchoff.video.profiles import ACROSS, apparent_width, fit_ring, mean_profile
 from pinchoff.video.reading import Frame
 from pinchoff.video.segmentation import Droplet, Levels, Segmenter
 from pinchoff.video.settings import VideoSettings
@@ -69,10 +70,12 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
                 _near([each.outline for each in here], background.luma.shape) for here in found
             ]
             background = masked_background(some, masks, background)
-        profiles = _profiles(some, found, Segmenter(background, levels), background)
+        examples = _examples(found)
+        profiles = _profiles(some, examples, Segmenter(background, levels), background)
         if profiles:
             if settings.edge_level is None:
-                level = fit_ring(profiles).edge(_curvature(found)) / levels.ring
+                curvature = _curvature(list(itertools.chain(*examples)))
+                level = fit_ring(profiles).edge(curvature) / levels.ring
                 levels = replace(levels, edge=float(np.clip(level, *_EDGE_LIMITS)))
             width = apparent_width(np.mean(profiles, axis=0), levels.edge * levels.ring)
             levels = replace(levels, ring_width=width)
@@ -179,29 +182,34 @@ def _near(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
     return mask
 
 
-def _measurable(droplets: Sequence[Droplet]) -> list[Floats]:
-    """Return the outlines that are whole and touch no other."""
-    return [each.outline for each in droplets if not each.cut and each.group < 0]
+def _examples(found: Sequence[Sequence[Droplet]]) -> list[list[Floats]]:
+    """Return the outlines in each frame on which to look at the ring.
+
+    They are whole, touch no other and, if there are such, are large enough that a profile does not
+    reach their other side.
+    """
+    whole = [[each for each in here if not each.cut and each.group < 0] for here in found]
+    least = np.pi * ACROSS[0] ** 2
+    large = [[each for each in here if each.area >= least] for here in whole]
+    return [[each.outline for each in here] for here in (large if any(large) else whole)]
 
 
-def _curvature(found: Sequence[Sequence[Droplet]]) -> float:
+def _curvature(outlines: Sequence[Floats]) -> float:
     """Return the mean curvature of outlines, each of which turns once, 1/pixel."""
-    outlines = [outline for droplets in found for outline in _measurable(droplets)]
     perimeter = sum(float(np.hypot(*(np.roll(o, -1, axis=0) - o).T).sum()) for o in outlines)
     return 2.0 * np.pi * len(outlines) / perimeter
 
 
 def _profiles(
     frames: Sequence[Frame],
-    found: Sequence[Sequence[Droplet]],
+    outlines: Sequence[Sequence[Floats]],
     segmenter: Segmenter,
     background: Background,
 ) -> list[Floats]:
     """Return the mean darkness across the outlines in each frame that has some."""
     profiles = []
-    for frame, droplets in zip(frames, found, strict=True):
-        outlines = _measurable(droplets)
-        if outlines:
+    for frame, here in zip(frames, outlines, strict=True):
+        if here:
             dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
-            profiles.append(mean_profile(dark, outlines))
+            profiles.append(mean_profile(dark, here))
     return profiles

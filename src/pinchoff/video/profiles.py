@@ -116,10 +116,19 @@ def fit_ring(profiles: Sequence[Floats]) -> RingFit:
 
 
 def apparent_width(profile: Floats, level: float) -> float:
-    """Return how far inwards a profile stays above a level, pixels; 0 if it always does."""
-    inwards = profile[ACROSS <= 0.0][::-1]
-    dark = np.flatnonzero(inwards > level)
-    if not dark.size:
+    """Return over what width a profile is above a level, pixels.
+
+    0 where it never is, or does not fall below it inwards.
+    """
+    above = profile > level
+    ends = np.flatnonzero(above[1:] != above[:-1])
+    outer = ends[above[ends]][-1:]
+    inner = ends[~above[ends]]
+    inner = inner[inner < outer][-1:] if outer.size else inner[:0]
+    if not inner.size:
         return 0.0
-    light = np.flatnonzero(inwards[dark[0] :] <= level)
-    return float(_STEP * (dark[0] + light[0])) if light.size else 0.0
+    inwards, outwards = (
+        ACROSS[k] + _STEP * (level - profile[k]) / (profile[k + 1] - profile[k])
+        for k in (int(inner[0]), int(outer[0]))
+    )
+    return float(outwards - inwards)

@@ -29,6 +29,8 @@ Walk = NDArray[np.int32]
 
 _DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
 _FREE = -1
+_ALL_RING = 4.0  # ring widths: smaller droplets may show no interior
+_ROUND = 0.7  # least share of the circle about it that such a droplet fills
 _INTERIOR_SHARE = 0.25  # least of the smallest droplet's area: the ring takes the rest
 _THINNEST_WALL = 1.4  # ring widths between two droplets that touch
 _PALEST_WALL = 0.75  # of the ring's darkness, likewise
@@ -210,7 +212,7 @@ class Segmenter:
             ring[edge] = np.where(inside, 255, line).reshape(ring[edge].shape)
 
     def _bodies(self, lamp: float, alike: Image | None, dark: Pixels, ring: Pixels) -> list[_Body]:
-        """Return the connected rings that enclose interiors, with these."""
+        """Return the connected rings that enclose interiors, with these, and small droplets."""
         contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         found: dict[int, list[Walk]] = {}
         parents = hierarchy[0, :, 3].tolist() if len(contours) else []
@@ -218,12 +220,31 @@ class Segmenter:
         for hole, parent in zip(contours, parents, strict=True):
             if parent < 0 or len(hole) ** 2 < 4.0 * np.pi * least:
                 continue
-            if cv2.contourArea(hole) >= least and self._is_interior(alike, ring, hole):
-                found.setdefault(parent, []).append(hole)
-        return [
+            if cv2.contourArea(hole) >= least:
+                interiors = found.setdefault(parent, [])
+                if self._is_interior(alike, ring, hole):
+                    interiors.append(hole)
+        bodies = [
             _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, lamp))
             for k, holes in found.items()
+            if holes
         ]
+        return bodies + [
+            _Body(walk, [[]])
+            for k, (walk, parent) in enumerate(zip(contours, parents, strict=True))
+            if parent < 0 and k not in found and self._is_all_ring(walk)
+        ]
+
+    def _is_all_ring(self, walk: Walk) -> bool:
+        """Return whether a dark spot is a droplet too small to show an interior."""
+        widest = _ALL_RING * self._levels.ring_width
+        # Few pixels are enough to tell that it is too small or too large.
+        if not self._levels.minimum_area <= len(walk) ** 2 / 8.0 or len(walk) > 4.0 * widest:
+            return False
+        area = cv2.contourArea(walk) + 0.5 * len(walk) + 1.0  # the walk runs through its pixels
+        _, radius = cv2.minEnclosingCircle(walk)
+        fits = self._levels.minimum_area <= area <= 0.25 * np.pi * widest**2
+        return bool(fits and area >= _ROUND * np.pi * (radius + 0.5) ** 2)
 
     def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
         """Sort the holes of one ring into droplets.
@@ -245,12 +266,13 @@ class Segmenter:
     def _may_be_one(self, parts: list[Walk], body: _Body) -> bool:
         """Return whether parts that meet may be one droplet with a neck that shows no inside.
 
-        Then the neck is no wider than two rings, or the wall across it thinner.
+        Then the neck is no wider than two rings and a pixel, which an inside has at least, or the
+        wall across it thinner.
         """
         ring = self._levels.ring_width
         for (k, one), (j, other) in itertools.combinations(enumerate(parts), 2):
             bridge = _bridge(one, other)
-            if bridge == 0.0 or bridge <= 2.0 * ring:
+            if bridge == 0.0 or bridge <= 2.0 * ring + 1.0:
                 continue
             walls = itertools.product(body.interiors[k], body.interiors[j])
             if min(_distance(*pair) for pair in walls) >= _THINNEST_WALL * ring:
