@@ -1,6 +1,6 @@
 """How well `pinchoff video` measures: drawn clips with known truth, moderate and hard ones.
 
-    python examples/video_accuracy.py [--quick] [--out DIR]
+    python examples/video_accuracy.py [--quick] [--plain] [--out DIR]
 
 Collisions of the engine are filmed by `pinchoff.microscope`, measured, and compared one by one
 with the outlines that were drawn. Prints the figures of docs/video.md and writes them, and every
@@ -13,12 +13,14 @@ import argparse
 import json
 import math
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
+from threshold_and_overlap import measure_plainly
 
 import pinchoff as po
 from pinchoff.encounters import Laboratory, encounter_table
@@ -94,6 +96,14 @@ def measure(clip: Path) -> pd.DataFrame:
     return encounter_table(result.encounters, LABORATORY, "video", clip.stem)
 
 
+def measure_by_script(clip: Path) -> pd.DataFrame:
+    """Measure as `threshold_and_overlap.py` does, which is told where the obstacles are."""
+    truth = po.read_collisions(clip.with_suffix(".truth.parquet"))
+    circles = truth[["obstacle_x_um", "obstacle_y_um", "obstacle_radius_um"]].drop_duplicates()
+    encounters = measure_plainly(clip, circles.to_numpy() / PIXEL_UM, PIXEL_UM)
+    return encounter_table(encounters, LABORATORY, "video", clip.stem)
+
+
 def paired(truth: pd.DataFrame, found: pd.DataFrame) -> list[tuple[int, int]]:
     """Pair collisions at the same obstacle whose contacts are nearest in time."""
     pairs, used = [], set()
@@ -111,10 +121,10 @@ def paired(truth: pd.DataFrame, found: pd.DataFrame) -> list[tuple[int, int]]:
     return pairs
 
 
-def compared(clip: Path) -> dict[str, Any]:
+def compared(clip: Path, plain: bool = False) -> dict[str, Any]:
     """Measure a clip and compare it with its truth, collision by collision."""
     truth = po.read_collisions(clip.with_suffix(".truth.parquet"))
-    found = measure(clip)
+    found = measure_by_script(clip) if plain else measure(clip)
     pairs = paired(truth, found)
     a = truth.loc[[k for k, _ in pairs]].reset_index(drop=True)
     b = found.loc[[k for _, k in pairs]].reset_index(drop=True)
@@ -201,6 +211,7 @@ def shown(name: str, line: dict[str, float]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="two short clips of each kind")
+    parser.add_argument("--plain", action="store_true", help="measure by a short script instead")
     parser.add_argument("--out", type=Path, default=Path("video-accuracy"))
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
@@ -215,7 +226,8 @@ def main() -> None:
                 pool.submit(draw, case, arguments.out, runs, seed)
                 for case, seed in zip(cases, seeds, strict=False)
             ]
-            results = list(pool.map(compared, [job.result() for job in jobs]))
+            clips = [job.result() for job in jobs]
+            results = list(pool.map(partial(compared, plain=arguments.plain), clips))
             of_kind = {case.name: line_of([r]) for case, r in zip(cases, results, strict=True)}
             of_kind[name] = line_of(results)
             print(" " * 28 + "".join(f"{each[:9]:>10s}" for each in of_kind[name]))
@@ -225,7 +237,7 @@ def main() -> None:
             if name == "MODERATE" and not arguments.quick:
                 fits = law(results)
                 print(json.dumps(fits, indent=2), flush=True)
-    report = arguments.out / "accuracy.json"
+    report = arguments.out / ("accuracy-plain.json" if arguments.plain else "accuracy.json")
     report.write_text(json.dumps({"lines": lines, "law": fits}, indent=2) + "\n")
     print(f"wrote {report}")
 

@@ -11,8 +11,10 @@ import pinchoff as po
 from pinchoff.encounters import Laboratory, encounter_table, gap_to_circle
 from pinchoff.microscope import Scene, film, lane_scene, passage_of
 from pinchoff.video.clips import measure_clip
-from pinchoff.video.collisions import contact_velocity
+from pinchoff.video.collisions import CollisionFinder, contact_velocity
+from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.tracking import Event
 
 LABORATORY = Laboratory(
     obstacle_radius_um=80, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
@@ -109,6 +111,36 @@ def test_coalescence_during_the_collision_is_rejected(disc, merging, measured, m
     table = measured(Scene((both,)), microscope, 58)
     assert list(table["reject_reason"]) == ["coalescence"]
     assert table["contact_frame"][0] == 28
+
+
+@pytest.mark.parametrize(("apart", "outcome"), [(1, "slipped"), (3, "slipped"), (4, "broke")])
+def test_break_up_that_is_taken_back(disc, apart, outcome):
+    """Daughters that are one again within the frames of `memory` had a neck that was not seen."""
+    settings = VideoSettings(pixel_size_um=5.0, memory=3)
+    finder = CollisionFinder(settings, np.array([[0.0, 0.0, 16.0]]))
+    radius, small, parted = 20.0, 20.0 / math.sqrt(2.0), range(12, 12 + apart)
+
+    def droplet(radius, x, y):
+        return Droplet(disc(radius) + np.array([x, y]), math.pi * radius**2, x, y, False, -1)
+
+    over = []
+    for frame in range(60):
+        x = -66.0 + 4.0 * frame
+        y = -max(0.0, 40.0 - 0.02 * x * x)  # over the obstacle, at which it arrives in frame 8
+        seen, events = {0: droplet(radius, x, y)}, []
+        if frame in parted:
+            seen = {k: droplet(small, x, y + shift) for k, shift in ((1, -15.0), (2, 15.0))}
+        elif frame > parted[-1]:
+            seen = {3: seen[0]}
+        if frame == parted[0]:
+            events = [Event("break-up", frame, (0,), (1, 2))]
+        elif frame == parted[-1] + 1:
+            events = [Event("coalescence", frame, (1, 2), (3,))]
+        over += finder.step(frame, frame / 60.0, list(seen.values()), list(seen), events)
+    over += finder.finish()
+    first = over[0]
+    assert (first.outcome, first.track_id, first.reject_reason) == (outcome, 0, "")
+    assert len(over) == 1 or outcome == "broke"
 
 
 def test_neighbour_that_stays_apart_is_no_reason(disc, moving, sliding, measured, microscope):

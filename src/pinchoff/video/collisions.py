@@ -47,6 +47,7 @@ class _Look(NamedTuple):
 class _Meeting:
     """A collision that goes on; pixels."""
 
+    track: int
     obstacle: int
     contact: int
     time_s: float
@@ -94,6 +95,15 @@ class _Follower:
     area: float = math.nan
 
 
+class _Parting(NamedTuple):
+    """A break-up that is not yet believed: the daughters may be one droplet again at once."""
+
+    event: Event
+    seen: int
+    mother: _Follower
+    daughters: list[Droplet]
+
+
 class NeckSeen(NamedTuple):
     """A neck in one frame: its ends, pixels."""
 
@@ -122,6 +132,7 @@ class CollisionFinder:
         self._settings, self._obstacles = settings, obstacles
         self._tracks: dict[int, _Follower] = {}
         self._times: dict[int, float] = {}  # of the last frames
+        self._partings: list[_Parting] = []
         self.necks: list[NeckSeen] = []
         self.met: list[tuple[int, int]] = []
 
@@ -148,9 +159,9 @@ class CollisionFinder:
         self._times[frame] = time_s
         self._times.pop(frame - _LOOKS_KEPT, None)
         by_track = dict(zip(numbers, droplets, strict=True))
-        over: list[Encounter] = []
+        over = self._parted(frame - self._settings.memory)
         for event in events:
-            over += self._ended(event, by_track)
+            over += self._ended(event, frame, by_track)
         self.necks, self.met = [], []
         for number, droplet in by_track.items():
             follower = self._tracks.get(number)
@@ -164,49 +175,61 @@ class CollisionFinder:
 
     def finish(self) -> list[Encounter]:
         """Return the collisions that the clip's end cut short."""
-        over = []
-        for number, follower in self._tracks.items():
+        over = self._parted(math.inf)
+        for follower in self._tracks.values():
             for meeting in follower.meetings:
                 meeting.rejected(CLIP_ENDED)
-                over.append(self._encounter(number, meeting, "captured"))
+                over.append(self._encounter(meeting, "captured"))
         self._tracks.clear()
         return over
 
-    def _ended(self, event: Event, by_track: dict[int, Droplet]) -> list[Encounter]:
+    def _ended(self, event: Event, frame: int, by_track: dict[int, Droplet]) -> list[Encounter]:
+        for parting in self._partings:
+            if set(parting.event.children) == set(event.parents):
+                # The daughters are one again: a neck too thin to be seen did not break.
+                daughters = [self._tracks.pop(parent) for parent in event.parents]
+                self._tracks[event.children[0]] = parting.mother
+                self._partings.remove(parting)
+                return [self._lost(each, event) for d in daughters for each in d.meetings]
         over = []
         children = [by_track[number] for number in event.children]
         for parent in event.parents:
             follower = self._tracks.pop(parent, None)
             if follower is None:
                 continue
-            for meeting in follower.meetings:
-                over.append(self._outcome(parent, meeting, event, children))
-            if event.kind == "break-up":
-                for child in event.children:
-                    born = _Follower(deque(maxlen=self._settings.velocity_frames))
-                    # Daughters have not met the obstacle at which their mother broke.
-                    born.passed = {meeting.obstacle for meeting in follower.meetings}
-                    self._tracks[child] = born
+            if event.kind != "break-up":
+                over += [self._lost(meeting, event) for meeting in follower.meetings]
+                continue
+            self._partings.append(_Parting(event, frame, follower, children))
+            for child in event.children:
+                born = _Follower(deque(maxlen=self._settings.velocity_frames))
+                # Daughters have not met the obstacle at which their mother broke.
+                born.passed = {meeting.obstacle for meeting in follower.meetings}
+                self._tracks[child] = born
         return over
 
-    def _outcome(
-        self,
-        parent: int,
-        meeting: _Meeting,
-        event: Event,
-        children: Sequence[Droplet],
-    ) -> Encounter:
-        if event.kind == "break-up":
-            if len(children) > 2:
-                meeting.rejected(MANY_DAUGHTERS)
-            if any(child.cut for child in children):
-                meeting.rejected(CUT_BY_FRAME)
-            areas = sorted(child.area for child in children)[-2:]
-            time_s = self._times.get(event.frame, math.nan)
-            return self._encounter(parent, meeting, "broke", event.frame, time_s, areas)
+    def _parted(self, before: float) -> list[Encounter]:
+        """Return the collisions that ended in break-ups seen before a frame."""
+        due = [parting for parting in self._partings if parting.seen < before]
+        self._partings = [parting for parting in self._partings if parting not in due]
+        return [
+            self._broken(meeting, parting) for parting in due for meeting in parting.mother.meetings
+        ]
+
+    def _broken(self, meeting: _Meeting, parting: _Parting) -> Encounter:
+        if len(parting.daughters) > 2:
+            meeting.rejected(MANY_DAUGHTERS)
+        if any(daughter.cut for daughter in parting.daughters):
+            meeting.rejected(CUT_BY_FRAME)
+        areas = sorted(daughter.area for daughter in parting.daughters)[-2:]
+        frame = parting.event.frame
+        time_s = self._times.get(frame, math.nan)
+        return self._encounter(meeting, "broke", frame, time_s, areas)
+
+    def _lost(self, meeting: _Meeting, event: Event) -> Encounter:
         reasons = {"coalescence": COALESCENCE, "exit": CUT_BY_FRAME}
         meeting.rejected(reasons.get(event.kind, LOST))
-        return self._encounter(parent, meeting, "captured")
+        return self._encounter(meeting, "captured")
 
     def _looked_at(
         self, number: int, follower: _Follower, frame: int, droplet: Droplet
@@ -232,20 +255,22 @@ class CollisionFinder:
                 self._go_on(number, open_ones.pop(obstacle), frame, droplet)
             elif gap <= contact_distance and obstacle not in follower.passed:
                 follower.passed.add(obstacle)
-                meeting = self._met(follower, obstacle, frame, droplet)
+                meeting = self._met(number, follower, obstacle, frame, droplet)
                 follower.meetings.append(meeting)
                 self.met.append((number, obstacle))
                 self._go_on(number, meeting, frame, droplet)
         # What is still among the open ones has left its obstacle behind.
         for meeting in open_ones.values():
             follower.meetings.remove(meeting)
-        return [self._encounter(number, meeting, "slipped") for meeting in open_ones.values()]
+        return [self._encounter(meeting, "slipped") for meeting in open_ones.values()]
 
-    def _met(self, follower: _Follower, obstacle: int, frame: int, droplet: Droplet) -> _Meeting:
+    @staticmethod
+    def _met(
+        number: int, follower: _Follower, obstacle: int, frame: int, droplet: Droplet
+    ) -> _Meeting:
         places = follower.places
-        meeting = _Meeting(
-            obstacle, frame, places[-1].time_s, droplet.outline, contact_velocity(places)
-        )
+        velocity = contact_velocity(places)
+        meeting = _Meeting(number, obstacle, frame, places[-1].time_s, droplet.outline, velocity)
         if len(places) < _FEWEST_FRAMES:
             meeting.rejected(NO_APPROACH)
         return meeting
@@ -263,7 +288,6 @@ class CollisionFinder:
 
     def _encounter(
         self,
-        track: int,
         meeting: _Meeting,
         outcome: str,
         breakup_frame: float = math.nan,
@@ -288,7 +312,7 @@ class CollisionFinder:
             breakup_neck=last_neck * px if outcome == "broke" else math.nan,
             maximum_shape_parameter=meeting.shape,
             reject_reason="; ".join(meeting.reasons),
-            track_id=track,
+            track_id=meeting.track,
             obstacle_id=meeting.obstacle,
         )
 
