@@ -45,6 +45,7 @@ GAPS_PX = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 RUNS = 24  # of the engine, in a clip
 ROOM_PX = 64.0  # between the boxes of droplets: enough for a companion
 CONTACT_PX = CONTACT_DISTANCE_UM / LOOK.pixel_size_um
+CLEARLY_PX = 0.3  # nearer than that is a contact that a camera sees
 LATE_FRAMES = 3  # by which a contact may differ
 
 
@@ -114,8 +115,14 @@ def in_view(passage: Passage, frame_count: int) -> Shapes:
 
 
 def contact(shapes: Shapes, obstacle: Floats) -> int | None:
-    """Return the first frame in which an outline is in contact."""
-    return next((f for f, r in shapes.items() if gap_to_circle(r, obstacle) <= CONTACT_PX), None)
+    """Return the first frame in which an outline is in contact.
+
+    None where it is not, or comes so little nearer that a camera may miss it.
+    """
+    gaps = {frame: gap_to_circle(outline, obstacle) for frame, outline in shapes.items()}
+    if min(gaps.values()) > CONTACT_PX - CLEARLY_PX:
+        return None
+    return next(frame for frame, gap in gaps.items() if gap <= CONTACT_PX)
 
 
 def meeting(frame: int, obstacle: Floats) -> Meeting:
@@ -159,9 +166,10 @@ def merging(
         }
 
     if in_contact:
-        met = contact({frame: pair(outline)[1] for frame, outline in shapes.items()}, obstacle)
-        if met is None or gap_to_circle(pair(shapes[met])[1], obstacle) < 0.2:
-            return None  # the obstacle is in the way
+        fronts = {frame: pair(outline)[1] for frame, outline in shapes.items()}
+        met = contact(fronts, obstacle)
+        if met is None or not 0.2 < gap_to_circle(fronts[met], obstacle) < CONTACT_PX - CLEARLY_PX:
+            return None  # the obstacle is in the way, or one frame does not show the contact
         merged = met + 1
     else:
         met = contact(shapes, obstacle)

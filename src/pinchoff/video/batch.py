@@ -252,6 +252,7 @@ def _fresh(
         "thresholds": {
             "ring_grey_levels": levels.ring,
             "edge_level": levels.edge,
+            "pale_edge_level": levels.pale_edge,
             "ring_width_px": levels.ring_width,
             "interior_colour_yuv": levels.colour.tolist(),
             "noise_grey_levels": result.calibrated.background.noise,

@@ -79,6 +79,7 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
                 levels = replace(levels, edge=float(np.clip(level, *_EDGE_LIMITS)))
             width = apparent_width(np.mean(profiles, axis=0), levels.edge * levels.ring)
             levels = replace(levels, ring_width=width)
+        levels = replace(levels, pale_edge=settings.pale_edge_level or _pale_edge(levels))
     return Calibrated(background, levels)
 
 
@@ -124,6 +125,11 @@ def _colour(
         return np.zeros(3)
     colour: Floats = np.median(np.array(seen), axis=0)
     return colour if np.linalg.norm(colour) > _LEAST_COLOUR * levels.ring else np.zeros(3)
+
+
+def _pale_edge(levels: Levels) -> float:
+    """Return a level halfway from the edge's to the interior's, which may itself be dark."""
+    return 0.5 * (levels.edge + max(0.0, -float(levels.colour[0])) / levels.ring)
 
 
 def _tint(background: Background, plane: int) -> float:

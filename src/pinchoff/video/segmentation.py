@@ -83,6 +83,9 @@ class Levels:
         Of a droplet, pixels.
     ring_width : float
         Pixels; 0 where it is not known.
+    pale_edge : float
+        Like `edge`, where the ring is too pale to be closed there; none is looked for if it is
+        not less than `edge`.
     """
 
     ring: float
@@ -91,11 +94,7 @@ class Levels:
     interior: float
     minimum_area: float
     ring_width: float = 0.0
-
-    @property
-    def pale_edge(self) -> float:
-        """Like `edge`, halfway from there to the darkness of the interior."""
-        return 0.5 * (self.edge + max(0.0, -float(self.colour[0])) / self.ring)
+    pale_edge: float = 1.0
 
 
 class _Seen(NamedTuple):

@@ -58,7 +58,10 @@ class VideoSettings(Checked):
         Frames a second; by default the times that the clip gives, or 60 for images.
     edge_level : float, optional
         Where the outline lies, as a fraction of the ring's darkness from the fluid's 0 to the
-        ring's 1; by default where the brightness across the outline changes fastest.
+        ring's 1; by default the darkness at the outer edge of a blurred ring that is fitted to it.
+    pale_edge_level : float, optional
+        The same where a ring is too pale to be closed, because its droplet moves fast or is out of
+        focus; by default halfway to the darkness of the interior.
     interior_level : float
         How similar to the droplets' interior a region within a ring must be, from the fluid's 0
         to the interior's 1, to be a droplet.
@@ -97,6 +100,7 @@ class VideoSettings(Checked):
     pixel_size_um: Number = number(1e-3, 1e4, "the side of a pixel in µm")
     fps: Number | None = _derived(1e-3, 1e6, "frames a second")
     edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
+    pale_edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     interior_level: Number = number(0.0, 1.0, "a fraction of the interior's colour", default=0.5)
     interior: tuple[Number, Number, Number] | None = explained(
         "three numbers from 0 to 255", "red, green and blue of the interior", default=None
