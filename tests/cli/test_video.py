@@ -164,6 +164,8 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
         (["--pixel-size", "5 um", "--set", "edge_level=3"], "edge_level"),
         (["--pixel-size", "5 um", "--set", "colour=3"], "colour"),
         (["--pixel-size", "5 um", "--set", "edge_level"], "--set"),
+        (["--pixel-size", "5 um", "--set", "maximum_diameter_um=50"], "maximum_diameter_um"),
+        (["--pixel-size", "9 um", "--packed"], "minimum_diameter_um"),
         (["--pixel-size", "5 um", "--out", ""], "--out"),
     ],
 )
@@ -207,6 +209,18 @@ def test_settings_from_a_file(filmed, tmp_path):
     result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     assert result["settings"]["fps"] == 30.0
     assert result["settings"]["laboratory"]["obstacle_radius_um"] == 85.0
+
+
+def test_packed_scene(filmed, tmp_path):
+    out = tmp_path / "out"
+    assert main(["video", str(filmed), *LABORATORY, "--packed", "--out", str(out)]) == 0
+    result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
+    assert result["settings"]["packed"] is True
+    assert result["obstacles"] == []  # none are looked for
+    tracks = pq.read_table(out / "tracks.parquet").to_pandas()
+    # The pillars stand still and are round and dark like droplets; the first droplet is whole.
+    first = tracks[(tracks["frame"] == 20) & ~tracks["cut"]]
+    assert len(first) == 3
 
 
 def test_interrupted_run_goes_on(filmed, tmp_path):

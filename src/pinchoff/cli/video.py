@@ -70,6 +70,14 @@ def video(
         str | None,
         _quantity("--contact-distance", "Distance that counts as contact", "16 um", _IMAGE),
     ] = None,
+    packed: Annotated[
+        bool,
+        typer.Option(
+            "--packed",
+            help="Droplets fill the view: tell them by their dark rims alone.",
+            rich_help_panel=_IMAGE,
+        ),
+    ] = False,
     assignments: Annotated[
         list[str] | None,
         typer.Option(
@@ -116,7 +124,8 @@ def video(
         "minimum_diameter": minimum_diameter,
         "contact_distance": contact_distance,
     }
-    settings = video_settings(config, lengths, laboratory, fps, assignments or [])
+    assigned = [*(assignments or []), *(["packed=true"] if packed else [])]
+    settings = video_settings(config, lengths, laboratory, fps, assigned)
     folder = results_folder(out)
     prepare_folder(folder)
     from pinchoff.report.video import write_report

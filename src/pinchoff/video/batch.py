@@ -241,7 +241,6 @@ def _fresh(
     write_encounters(table, folder / clip_folder.COLLISIONS)
     if not corrected:
         clip_folder.write_obstacles(folder, result.obstacles)
-    levels = result.calibrated.levels
     summary = {
         "fingerprint": mark,
         "clip": str(source),
@@ -249,14 +248,7 @@ def _fresh(
         "duration_s": result.duration_s,
         "tracks": result.track_count,
         "obstacles": result.obstacles.tolist(),
-        "thresholds": {
-            "ring_grey_levels": levels.ring,
-            "edge_level": levels.edge,
-            "pale_edge_level": levels.pale_edge,
-            "ring_width_px": levels.ring_width,
-            "interior_colour_yuv": levels.colour.tolist(),
-            "noise_grey_levels": result.calibrated.background.noise,
-        },
+        "thresholds": result.calibrated.thresholds(),
         "settings": settings.model_dump(mode="json"),
         "warning": result.warning,
     }

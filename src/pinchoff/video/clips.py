@@ -16,11 +16,14 @@ from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.levels import Calibrated, calibrate
 from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
 from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.rims import RimSegmenter
 from pinchoff.video.segmentation import Droplet, Segmenter
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event, Tracker
 
 Floats = NDArray[np.float64]
+
+_PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 
 
 class Measured(NamedTuple):
@@ -108,7 +111,7 @@ def measure_clip(
     del frames
     obstacles = clip_obstacles(calibrated, settings)
     on_frame = None if begin is None else begin(calibrated, obstacles)
-    segmenter = Segmenter(calibrated.background, calibrated.levels)
+    segmenter = clip_segmenter(calibrated, settings, obstacles)
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     count, duration = 0, 0.0
@@ -127,13 +130,31 @@ def measure_clip(
     )
 
 
+def clip_segmenter(
+    calibrated: Calibrated, settings: VideoSettings, obstacles: Floats
+) -> Segmenter | RimSegmenter:
+    """Return what finds the droplets in the frames of a clip."""
+    if calibrated.levels is not None:
+        return Segmenter(calibrated.background, calibrated.levels)
+    smallest = settings.minimum_diameter_um / settings.pixel_size_um
+    largest = max(smallest, min(calibrated.background.luma.shape) / _PARTS_OF_VIEW)
+    if settings.maximum_diameter_um is not None:
+        largest = settings.maximum_diameter_um / settings.pixel_size_um
+    return RimSegmenter(smallest, largest, settings.rim_contrast, settings.rim_score, obstacles)
+
+
 def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:
-    """Return the obstacles that the settings give, or else those in the background."""
+    """Return the obstacles that the settings give, or else those in the background.
+
+    In a packed scene none are looked for: droplets, too, are dark rings in the background.
+    """
     if settings.obstacles is not None:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
     if settings.lattice is not None:
         height, width = calibrated.background.luma.shape
         return lattice_obstacles(settings.lattice, settings.pixel_size_um, (width, height))
+    if settings.packed:
+        return np.empty((0, 3))
     radius = settings.laboratory.obstacle_radius_um
     radius_px = None if radius is None else radius / settings.pixel_size_um
     found = find_obstacles(calibrated.background, radius_px)

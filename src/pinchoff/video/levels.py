@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -37,10 +37,31 @@ _LEAST_COLOUR = 0.04  # of the ring's darkness: a paler interior is told by its 
 
 
 class Calibrated(NamedTuple):
-    """What a clip is measured with."""
+    """What a clip is measured with.
+
+    Attributes
+    ----------
+    background : Background
+    levels : Levels or None
+        None where droplets are told by their rims alone.
+    """
 
     background: Background
-    levels: Levels
+    levels: Levels | None
+
+    def thresholds(self) -> dict[str, Any]:
+        """Return what followed from the image, by name and unit."""
+        noise = {"noise_grey_levels": self.background.noise}
+        if self.levels is None:
+            return noise
+        return {
+            "ring_grey_levels": self.levels.ring,
+            "edge_level": self.levels.edge,
+            "pale_edge_level": self.levels.pale_edge,
+            "ring_width_px": self.levels.ring_width,
+            "interior_colour_yuv": self.levels.colour.tolist(),
+            **noise,
+        }
 
 
 def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
@@ -52,6 +73,8 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
     settings : VideoSettings
         What they say is taken as it is.
     """
+    if settings.packed:
+        return Calibrated(median_background(frames), None)
     background = median_background(frames)
     levels = Levels(
         ring=_ring(frames, background),

@@ -10,6 +10,9 @@ from pinchoff.encounters import CONTACT_DISTANCE_UM, Laboratory
 from pinchoff.errors import InputError
 from pinchoff.validation import Checked, Number, WholeNumber, explained, number
 
+SMALLEST_RIM_PX = 8.0
+"""Smallest diameter of droplets that are told by their rims alone, pixels."""
+
 
 def _derived(low: float, high: float, meaning: str) -> Any:
     rule = f"a finite number from {low:g} to {high:g}"
@@ -72,6 +75,15 @@ class VideoSettings(Checked):
         Places inside droplets from which to learn that colour instead.
     minimum_diameter_um : float
         Smaller droplets are left out, µm.
+    packed : bool
+        Whether droplets are so many that the chamber is never seen empty; then they are told by
+        their dark rims alone, whatever their inside looks like, and may overlap.
+    maximum_diameter_um : float, optional
+        The largest droplet of a packed scene, µm; by default a third of the image's shorter side.
+    rim_contrast : float
+        Least brightening across the rim of one, as a fraction of the frame's light.
+    rim_score : float
+        How round, even and closed its rim must be, from 0 to 1, that of a sharp black ring.
     obstacles : tuple of (x, y, radius), optional
         Centres and radii in pixels; by default they are looked for in the background.
     lattice : Lattice, optional
@@ -109,6 +121,10 @@ class VideoSettings(Checked):
         "a list of [frame, x, y]", "places inside droplets", default=()
     )
     minimum_diameter_um: Number = number(0.0, 1e5, "the smallest droplet in µm", default=60.0)
+    packed: bool = explained("true or false", "whether droplets fill the view", default=False)
+    maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
+    rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
+    rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
     obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
         "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
     )
@@ -127,7 +143,15 @@ class VideoSettings(Checked):
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
 
     @model_validator(mode="after")
-    def _one_arrangement(self) -> Self:
+    def _agrees(self) -> Self:
+        largest, smallest = self.maximum_diameter_um, self.minimum_diameter_um
+        if largest is not None and not largest > smallest:
+            rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
+            raise InputError.of("maximum_diameter_um", rule, largest, advice)
+        if self.packed and smallest < SMALLEST_RIM_PX * self.pixel_size_um:
+            rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
+            got = f"{smallest:g} µm, {smallest / self.pixel_size_um:.3g} pixels"
+            raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
         if self.obstacles is not None and self.lattice is not None:
             advice = "give one of the two"
             raise InputError.of("lattice", "left out beside obstacles", "both", advice)

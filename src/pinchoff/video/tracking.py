@@ -13,7 +13,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from scipy.optimize import linear_sum_assignment
 from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 
+T = TypeVar("T")
 Floats = NDArray[np.float64]
 
 EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
@@ -29,6 +30,7 @@ EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
 _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
+_MOST_NEAR = 8  # droplets that are tried as parts of another
 _LOOK_BACK = 12  # frames in which a daughter may be too thin to be seen
 
 
@@ -313,11 +315,8 @@ class _Leftovers:
         whole = _Part(track.whole_area(), self._expected(track))
         reach = self._reach(track.droplet.area)
         own = [k for k, t in self._partners.items() if t is track]
-        near = [
-            k
-            for k in self._free
-            if k not in self._used and _distance(self._parts[k].place, whole.place) <= 4.0 * reach
-        ]
+        unused = [k for k in self._free if k not in self._used]
+        near = _nearest(unused, lambda k: self._parts[k].place, whole.place, 4.0 * reach)
         for count in range(max(1, 2 - len(own)), _MOST_DAUGHTERS + 1 - len(own)):
             for chosen in itertools.combinations(near, count):
                 children = [*own, *chosen]
@@ -327,14 +326,18 @@ class _Leftovers:
 
     def _coalescences(self) -> Iterator[tuple[list[_Track], list[int]]]:
         lone = [t for t in self._tracks if t.number not in self._ended]
-        for pair in itertools.combinations([*lone, *self._partners.values()], 2):
-            if any(t.number in self._ended for t in pair) or not any(t in lone for t in pair):
+        for k in [*self._free, *self._partners] if lone else []:
+            own = self._partners.get(k)
+            if k in self._used or (own is not None and own.number in self._ended):
                 continue
-            own = [k for k, t in self._partners.items() if t in pair]
-            before = [_Part(t.droplet.area, self._expected(t)) for t in pair]
-            for k in own or self._free:
-                whole = self._parts[k]
-                if k not in self._used and self._agree(whole, self._reach(whole.area), before):
+            whole = self._parts[k]
+            reach = self._reach(whole.area)
+            left = [t for t in lone if t.number not in self._ended]
+            near = _nearest(left, self._expected, whole.place, 4.0 * reach)
+            pairs = itertools.combinations(near, 2) if own is None else ((t, own) for t in near)
+            for pair in pairs:
+                before = [_Part(t.droplet.area, self._expected(t)) for t in pair]
+                if self._agree(whole, reach, before):
                     self._used.add(k)
                     self._ended.update(t.number for t in pair)
                     yield list(pair), [k]
@@ -355,6 +358,15 @@ class _Leftovers:
             and _distance(centre, whole.place) <= reach
             and all(_distance(part.place, whole.place) <= 4.0 * reach for part in parts)
         )
+
+
+def _nearest(
+    candidates: Sequence[T], place: Callable[[T], Floats], centre: Floats, reach: float
+) -> list[T]:
+    """Return those within reach of a centre, no more than can be tried in all combinations."""
+    away = [_distance(place(each), centre) for each in candidates]
+    order = sorted(range(len(candidates)), key=away.__getitem__)[:_MOST_NEAR]
+    return [candidates[k] for k in order if away[k] <= reach]
 
 
 def _distance(one: Floats, other: Floats) -> float:
