@@ -139,6 +139,15 @@ def test_droplets_that_are_all_ring(disc, moving, found, settings, microscope, r
         assert droplet.area == pytest.approx(math.pi * radius**2, rel=0.5 / radius)
 
 
+def test_thin_droplet_that_is_all_ring(disc, moving, found, microscope):
+    """A daughter pressed against its obstacle: two rings thick, three times as long."""
+    thin = moving(disc(12.0) * (0.33, 1.0), (20.0, 130.4), (6.0, 0.1), OBSTACLE)
+    large = moving(disc(18.0), (30.3, 50.0), (5.0, 0.0), OBSTACLE)
+    for droplets in found(Scene((large, thin)), microscope):
+        (droplet,) = (each for each in droplets if each.y > 110.0)
+        assert droplet.area == pytest.approx(math.pi * 12.0 * 4.0, rel=0.08)
+
+
 def test_dark_bits_that_are_no_droplets(disc, moving, found, settings, microscope):
     """What is thin, or smaller than the smallest droplet, is none."""
     thread = moving(disc(12.0) * (1.0, 0.15), (20.0, 130.0), (6.0, 0.0), OBSTACLE)

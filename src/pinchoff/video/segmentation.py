@@ -29,7 +29,9 @@ Walk = NDArray[np.int32]
 
 _DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
 _FREE = -1
-_ALL_RING = 4.0  # ring widths: smaller droplets may show no interior
+_ALL_RING = 4.0  # ring widths: thinner droplets may show no interior
+_TWO_RINGS = 1.5  # ring widths: thicker than one ring, which may be a piece of a broken one
+_CONVEX = 0.85  # least share of its convex hull that a droplet without interior fills
 _ROUND = 0.7  # least share of the circle about it that such a droplet fills
 _INTERIOR_SHARE = 0.25  # least of the smallest droplet's area: the ring takes the rest
 _THINNEST_WALL = 1.4  # ring widths between two droplets that touch
@@ -235,15 +237,24 @@ class Segmenter:
         ]
 
     def _is_all_ring(self, walk: Walk) -> bool:
-        """Return whether a dark spot is a droplet too small to show an interior."""
-        widest = _ALL_RING * self._levels.ring_width
-        # Few pixels are enough to tell that it is too small or too large.
-        if not self._levels.minimum_area <= len(walk) ** 2 / 8.0 or len(walk) > 4.0 * widest:
-            return False
+        """Return whether a dark spot is a droplet too small or too thin to show an interior.
+
+        It is convex, and either round or thicker than a piece of a ring.
+        """
+        ring, least = self._levels.ring_width, self._levels.minimum_area
+        if len(walk) ** 2 < 8.0 * least:
+            return False  # too few pixels all round; most specks end here
         area = cv2.contourArea(walk) + 0.5 * len(walk) + 1.0  # the walk runs through its pixels
+        hull = cv2.convexHull(walk)
+        if area < least or area < _CONVEX * (cv2.contourArea(hull) + 0.5 * len(walk) + 1.0):
+            return False
+        left, top, wide, high = cv2.boundingRect(walk)
+        spot = np.zeros((high + 2, wide + 2), dtype=np.uint8)
+        cv2.drawContours(spot, [walk], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
+        thickness = 2.0 * float(cv2.distanceTransform(spot, cv2.DIST_L2, 5).max()) - 1.0
         _, radius = cv2.minEnclosingCircle(walk)
-        fits = self._levels.minimum_area <= area <= 0.25 * np.pi * widest**2
-        return bool(fits and area >= _ROUND * np.pi * (radius + 0.5) ** 2)
+        is_round = area >= _ROUND * np.pi * (radius + 0.5) ** 2
+        return thickness <= _ALL_RING * ring and (is_round or thickness >= _TWO_RINGS * ring)
 
     def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
         """Sort the holes of one ring into droplets.
