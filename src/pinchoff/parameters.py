@@ -22,6 +22,7 @@ from pinchoff.physical import (
     CA_PER_CA_SIM,
     PhysicalScale,
     blaming_quantities,
+    groups_of_scale,
     physical_groups,
     refuse_physical_groups,
 )
@@ -270,6 +271,26 @@ class Parameters(Checked):
             }
         )
         return cls._of_groups(constants, groups)
+
+    @classmethod
+    def of_scale(cls, scale: PhysicalScale, *, offset_um: float = 0.0, **constants: Any) -> Self:
+        """Return the parameters of an experiment that is known in numbers, as `from_physical`.
+
+        Parameters
+        ----------
+        scale : PhysicalScale
+        offset_um : float, optional
+            Start y of the droplet, µm.
+        **constants
+            Constants of the model, dimensionless.
+
+        Raises
+        ------
+        InputError
+            As `from_physical`.
+        """
+        refuse_physical_groups(constants)
+        return cls._of_groups(constants, groups_of_scale(scale, offset_um))
 
     @classmethod
     def _of_groups(cls, constants: Mapping[str, Any], groups: Mapping[str, Any]) -> Self:

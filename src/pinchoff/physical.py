@@ -205,10 +205,15 @@ def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
     scale = PhysicalScale(
         **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
     )
+    return groups_of_scale(scale, magnitudes["offset"])
+
+
+def groups_of_scale(scale: PhysicalScale, offset_um: float) -> dict[str, Any]:
+    """Return what follows from an experiment and the droplet's start y, µm."""
     return {
         "size_ratio": scale.size_ratio,
         "simulation_capillary_number": scale.simulation_capillary_number,
-        "offset": magnitudes["offset"] / scale.diameter_um,
+        "offset": offset_um / scale.diameter_um,
         "scale": scale,
     }
 

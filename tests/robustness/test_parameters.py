@@ -226,6 +226,16 @@ def test_automatic_time_step_shrinks_with_stiffness():
 # Physical quantities
 
 
+def test_numbers_and_texts_describe_the_same_experiment(experiment):
+    p = po.Parameters.from_physical(**experiment, line_tension=60)
+    offset_um = p.offset * p.scale.diameter_um
+    again = po.Parameters.of_scale(p.scale, offset_um=offset_um, line_tension=60)
+    assert again.replace(offset=p.offset) == p
+    assert again.offset == pytest.approx(p.offset, rel=1e-15)
+    with pytest.raises(po.InputError, match="size_ratio must be left out"):
+        po.Parameters.of_scale(p.scale, size_ratio=4.0)
+
+
 def test_physical_quantities_become_groups_and_come_back(experiment):
     p = po.Parameters.from_physical(**experiment)
     assert p.size_ratio == pytest.approx(481 / 85, rel=1e-12)

@@ -15,7 +15,7 @@ from shapely import LineString, Point
 from pinchoff import flow as flows
 from pinchoff.boundaries import Boundary, boundary
 from pinchoff.errors import InputError
-from pinchoff.parameters import Parameters
+from pinchoff.parameters import Parameters, PhysicalScale
 from pinchoff.simulation import Collision, Flow, simulate
 
 if TYPE_CHECKING:
@@ -120,18 +120,19 @@ def collision_parameters(check: FlowCheck, obstacle: Pillar, offset: float) -> P
         Start y, D0.
     """
     operation, chamber = check.chamber.operation, check.chamber
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # of z/R, which the model does not know
-        return Parameters.from_physical(
-            diameter=f"{operation.droplet_diameter_um!r} um",
-            obstacle_radius=f"{obstacle.radius_um!r} um",
-            speed=f"{check.imaging_speed_mm_s!r} mm/s",
-            viscosity=f"{operation.viscosity_mPa_s!r} mPa s",
-            surface_tension=f"{operation.surface_tension_mN_m!r} mN/m",
-            thickness=f"{chamber.thickness_um!r} um",
-            offset=f"{offset * operation.droplet_diameter_um!r} um",
-            start_distance=_start_distance(check, obstacle),
-        )
+    scale = PhysicalScale(
+        diameter_um=operation.droplet_diameter_um,
+        obstacle_radius_um=obstacle.radius_um,
+        speed_mm_s=check.imaging_speed_mm_s,
+        viscosity_mPa_s=operation.viscosity_mPa_s,
+        surface_tension_mN_m=operation.surface_tension_mN_m,
+        thickness_um=chamber.thickness_um,
+    )
+    return Parameters.of_scale(
+        scale,
+        offset_um=offset * operation.droplet_diameter_um,
+        start_distance=_start_distance(check, obstacle),
+    )
 
 
 def compare_with_stokes(

@@ -15,7 +15,7 @@ from pinchoff.collisions_import import ImportedCollisions, import_collisions
 from pinchoff.fits.fit import fit_law
 from pinchoff.fits.study import study_law
 from pinchoff.law import PAPER_EXPERIMENT_LINE, breakup_number
-from pinchoff.parameters import Parameters
+from pinchoff.parameters import Parameters, PhysicalScale
 from pinchoff.simulation import simulate, simulate_many
 from pinchoff.synthetic import virtual_experiment
 
@@ -139,15 +139,15 @@ class Study:
 
 def droplet(diameter_um: float, speed_mm_s: float, offset_um: float) -> Parameters:
     """Return the parameters of a droplet under the paper's standard conditions."""
-    return Parameters.from_physical(
-        diameter=f"{diameter_um!r} um",
-        obstacle_radius=f"{RADIUS_UM!r} um",
-        speed=f"{speed_mm_s!r} mm/s",
-        viscosity=f"{OIL_MPA_S!r} mPa s",
-        surface_tension=f"{TENSION_MN_M!r} mN/m",
-        thickness=f"{RADIUS_UM!r} um",
-        offset=f"{offset_um!r} um",
+    scale = PhysicalScale(
+        diameter_um=diameter_um,
+        obstacle_radius_um=RADIUS_UM,
+        speed_mm_s=speed_mm_s,
+        viscosity_mPa_s=OIL_MPA_S,
+        surface_tension_mN_m=TENSION_MN_M,
+        thickness_um=RADIUS_UM,
     )
+    return Parameters.of_scale(scale, offset_um=offset_um)
 
 
 def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -> float:
