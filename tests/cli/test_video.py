@@ -149,7 +149,7 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
     (tmp_path / "text.mp4").write_text("no video")
     out = tmp_path / "out"
     assert main(["video", str(tmp_path / "text.mp4"), *LABORATORY, "--out", str(out)]) == 2
-    assert "CLIPS must be readable" in capsys.readouterr().err
+    assert "CLIPS must be measurable" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -163,6 +163,7 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
         (["--pixel-size", "5 um", "--fps", "fast"], "fps"),
         (["--pixel-size", "5 um", "--set", "edge_level=3"], "edge_level"),
         (["--pixel-size", "5 um", "--set", "colour=3"], "colour"),
+        (["--pixel-size", "5 um", "--set", "interior=[300, 0, 0]"], "interior"),
         (["--pixel-size", "5 um", "--set", "edge_level"], "--set"),
         (["--pixel-size", "5 um", "--set", "maximum_diameter_um=50"], "maximum_diameter_um"),
         (["--pixel-size", "9 um", "--packed"], "minimum_diameter_um"),

@@ -139,6 +139,72 @@ def test_droplets_that_are_all_ring(disc, moving, found, settings, microscope, r
         assert droplet.area == pytest.approx(math.pi * radius**2, rel=0.5 / radius)
 
 
+@pytest.mark.parametrize("width_um", [10.0, 60.0, 100.0])
+def test_width_of_the_ring(disc, moving, drawn, settings, microscope, width_um):
+    """Profiles reach as far inwards as the ring asks for."""
+    look = microscope.replace(ring_width_um=width_um)
+    frames = drawn(Scene((moving(disc(36.0), (40.3, 110.4), (7.0, 0.1), OBSTACLE),)), look, 24)
+    levels = calibrate(frames, settings).levels
+    assert levels.ring_width == pytest.approx(width_um / settings.pixel_size_um, abs=0.9)
+
+
+def test_thresholds_that_are_given_are_taken(disc, moving, drawn, settings, microscope):
+    frames = drawn(Scene((crossing(disc, moving),)), microscope, 24)
+    told = settings.replace(
+        edge_level=0.45,
+        pale_edge_level=0.3,
+        inner_edge_level=0.7,
+        ring_darkness=120.0,
+        ring_width_um=15.0,
+        interior_level=0.4,
+    )
+    levels = calibrate(frames, told).levels
+    assert (levels.edge, levels.pale_edge, levels.hole) == (0.45, 0.3, 0.7)
+    assert (levels.ring, levels.ring_width, levels.interior) == (120.0, 3.0, 0.4)
+    assert len(Segmenter(*calibrate(frames, told)).droplets(frames[10])) == 1
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("grey", [False, True])
+def test_interior_as_dark_as_the_edge(disc, moving, found, microscope, share, grey):
+    """Strongly dyed droplets: at the edge's level they are one dark blob."""
+    interior = tuple(round(206 - share * (206 - 50)) for _ in range(3))
+    look = microscope.replace(interior=interior, ring=(50, 50, 50))
+    for droplets in found(Scene((crossing(disc, moving),)), look, grey=grey):
+        (droplet,) = droplets
+        assert droplet.area == pytest.approx(math.pi * 18.0**2, rel=0.015)
+
+
+def test_thin_ring_that_blur_makes_as_pale_as_the_interior(disc, moving, found, microscope):
+    look = microscope.replace(ring_width_um=5.0, blur_px=1.6)
+    for droplets in found(Scene((crossing(disc, moving),)), look):
+        assert len(droplets) == 1
+
+
+def test_a_pale_ring_that_brushes_past_is_no_part_of_another(disc, moving, found, microscope):
+    """A fast, smeared droplet passes a slow one at half a pixel: they touch, or are apart."""
+    look = microscope.replace(exposure=0.8, width=320)
+    aside = (150.0, 20.0, 12.0)
+    slow = moving(disc(24.0), (60.0, 80.0), (4.0, 0.0), aside)
+    fast = moving(disc(20.0), (-120.0, 124.5), (11.0, 0.0), aside)
+    flagged = 0
+    for number, droplets in enumerate(found(Scene((slow, fast)), look, 32)):
+        nearest = min(droplets, key=lambda each: abs(each.x - 60.0 - 4.0 * number) + each.y)
+        flagged += nearest.group >= 0
+        if nearest.group < 0:
+            assert nearest.area == pytest.approx(math.pi * 24.0**2, rel=0.03)
+    assert flagged > 0
+
+
+def test_bright_droplets_that_the_frame_cuts(disc, moving, found, microscope):
+    look = microscope.replace(fluid=(150, 150, 150), interior=(220, 220, 220), ring=(20, 20, 20))
+    frames = found(Scene((moving(disc(24.0), (-30.0, 100.0), (6.0, 0.0), OBSTACLE),)), look, 50)
+    for number, droplets in enumerate(frames):
+        x = -30.0 + 6.0 * number
+        if 2.0 < x < 16.0 or 224.0 < x < 238.0:
+            assert [droplet.cut for droplet in droplets] == [True]
+
+
 def test_thin_droplet_that_is_all_ring(disc, moving, found, microscope):
     """A daughter pressed against its obstacle: two rings thick, three times as long."""
     thin = moving(disc(12.0) * (0.33, 1.0), (20.0, 130.4), (6.0, 0.1), OBSTACLE)

@@ -47,6 +47,18 @@ def test_fast_droplets_in_a_row_are_not_exchanged(tracker):
         assert numbers == [0, 1, 2, 3]
 
 
+def test_slow_droplets_that_enter_among_fast_ones(tracker):
+    """What has just come into view is expected at the others' speed, or at rest."""
+    for frame in range(10):
+        fast = [droplet(20 + 60 * k + 14 * frame, 50) for k in range(3)]
+        slow = []
+        if frame >= 4:
+            slow = [droplet(2.0 + 1.5 * (frame - 4), 100, 60.0 + 40.0 * (frame - 4), cut=True)]
+        numbers, events = tracker.step(frame, [*fast, *slow])
+        assert numbers == [0, 1, 2, 3][: len(numbers)]
+        assert kinds(events) == (["entry"] * 3 if not frame else ["entry"] if frame == 4 else [])
+
+
 def test_links_have_the_least_cost(tracker):
     """Against brute force over all permutations: the same total of squared distances."""
     random = np.random.default_rng(5)

@@ -202,8 +202,8 @@ def _announce(result: VideoResult, written: list[Path]) -> None:
             print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
     measured = [clip for clip in result.clips if not clip.error]
     if not measured:
-        got = f"{len(result.clips)} that cannot be read"
-        raise InputError.of("CLIPS", "readable", got, "see the errors above")
+        got = f"{len(result.clips)} with errors"
+        raise InputError.of("CLIPS", "measurable", got, "see the errors above")
     reused = sum(clip.reused for clip in measured)
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())

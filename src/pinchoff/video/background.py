@@ -192,5 +192,8 @@ def _noise(lumas: Pixels, luma: Image) -> float:
     if len(lumas) < 2:
         blurred = cv2.GaussianBlur(luma, (0, 0), 1.0)
         return max(1.0, float(1.6 * np.median(np.abs(luma - blurred))))
-    off = np.abs(lumas[:, ::_GRID, ::_GRID] - luma[::_GRID, ::_GRID])
+    chamber = np.maximum(luma[::_GRID, ::_GRID], 1.0)
+    ratio = lumas[:, ::_GRID, ::_GRID] / chamber
+    lamp = np.maximum(np.median(ratio, axis=(1, 2), keepdims=True), 1e-3)
+    off = np.abs(ratio / lamp - 1.0) * chamber  # a lamp that flickers is no noise
     return max(1.0, float(1.4826 * np.median(off)))

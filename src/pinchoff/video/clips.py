@@ -23,6 +23,10 @@ from pinchoff.video.tracking import Event, Tracker
 
 Floats = NDArray[np.float64]
 
+_NOTHING_FOUND = (
+    "no droplets were found; look at the smallest diameter and the pixel's size, give edge_level "
+    "or clicks, or try packed where droplets fill the view"
+)
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 
 
@@ -70,7 +74,7 @@ class ClipResult:
     duration_s : float
         Time of the last frame.
     warning : str
-        What was wrong with the file; empty if nothing was.
+        What was wrong with the file, or that it shows no droplets; empty if nothing was.
     """
 
     encounters: list[Encounter]
@@ -125,9 +129,8 @@ def measure_clip(
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    return ClipResult(
-        encounters, obstacles, calibrated, count, tracker.count, duration, clip.warning
-    )
+    warning = clip.warning or ("" if tracker.count else _NOTHING_FOUND)
+    return ClipResult(encounters, obstacles, calibrated, count, tracker.count, duration, warning)
 
 
 def clip_segmenter(

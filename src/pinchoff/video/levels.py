@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from pinchoff.errors import InputError
 from pinchoff.video.background import Background, masked_background, median_background
-from pinchoff.video.profiles import ACROSS, apparent_width, fit_ring, mean_profile
+from pinchoff.video.profiles import REACHES, across, apparent_width, fit_ring, mean_profile
 from pinchoff.video.reading import Frame
 from pinchoff.video.segmentation import Droplet, Levels, Segmenter
 from pinchoff.video.settings import VideoSettings
@@ -32,6 +32,8 @@ _RING_QUANTILE = 0.98  # of what is clearly darker than the fluid
 _CLEARLY = 6.0  # standard deviations of the noise
 _FEW = 8  # frames, about, from which the colour is taken
 _MARGIN_PX = 4  # round droplets, where the background is not learned
+_HIGHER_HOLES = (0.7, 0.85, 0.92)  # of the ring's darkness, for droplets that are dark inside
+_DARK = 0.8  # of the edge's level: where the noise of the interior may reach it
 _EDGE_LIMITS = (0.05, 0.95)  # of the ring's darkness
 _LEAST_COLOUR = 0.04  # of the ring's darkness: a paler interior is told by its ring alone
 
@@ -58,6 +60,7 @@ class Calibrated(NamedTuple):
             "ring_grey_levels": self.levels.ring,
             "edge_level": self.levels.edge,
             "pale_edge_level": self.levels.pale_edge,
+            "inner_edge_level": self.levels.hole,
             "ring_width_px": self.levels.ring_width,
             "interior_colour_yuv": self.levels.colour.tolist(),
             **noise,
@@ -77,15 +80,17 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         return Calibrated(median_background(frames), None)
     background = median_background(frames)
     levels = Levels(
-        ring=_ring(frames, background),
+        ring=settings.ring_darkness or _ring(frames, background),
         edge=settings.edge_level or _FIRST_EDGE,
         colour=np.zeros(3),
         interior=settings.interior_level,
         minimum_area=settings.minimum_area_px,
     )
+    levels = replace(levels, hole=_first_hole(frames, background, levels))
     # The first time roughly, on half of the frames.
     for some in (frames[::2], frames):
         levels = replace(levels, colour=_colour(some, background, levels, settings))
+        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels))
         segmenter = Segmenter(background, levels)
         found = [segmenter.droplets(frame) for frame in some]
         if len(some) > 2:
@@ -93,17 +98,37 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
                 _near([each.outline for each in here], background.luma.shape) for here in found
             ]
             background = masked_background(some, masks, background)
-        examples = _examples(found)
-        profiles = _profiles(some, examples, Segmenter(background, levels), background)
-        if profiles:
-            if settings.edge_level is None:
-                curvature = _curvature(list(itertools.chain(*examples)))
-                level = fit_ring(profiles).edge(curvature) / levels.ring
-                levels = replace(levels, edge=float(np.clip(level, *_EDGE_LIMITS)))
-            width = apparent_width(np.mean(profiles, axis=0), levels.edge * levels.ring)
-            levels = replace(levels, ring_width=width)
+        levels = _at_ring(levels, some, found, background, settings)
         levels = replace(levels, pale_edge=settings.pale_edge_level or _pale_edge(levels))
+        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels))
     return Calibrated(background, levels)
+
+
+def _at_ring(
+    levels: Levels,
+    frames: Sequence[Frame],
+    found: Sequence[Sequence[Droplet]],
+    background: Background,
+    settings: VideoSettings,
+) -> Levels:
+    """Return the levels with the edge and the width that the rings of a sample have."""
+    segmenter = Segmenter(background, levels)
+    for reach in REACHES:
+        places, examples = across(reach), _examples(found, reach)
+        profiles = _profiles(frames, examples, segmenter, background, places)
+        if not profiles:
+            return levels
+        if settings.edge_level is None:
+            curvature = _curvature(list(itertools.chain(*examples)))
+            level = fit_ring(profiles, places).edge(curvature) / levels.ring
+            levels = replace(levels, edge=float(np.clip(level, *_EDGE_LIMITS)))
+        edge = max(levels.edge, levels.hole) * levels.ring
+        width = apparent_width(np.mean(profiles, axis=0), places, edge)
+        if width > 0.0:
+            break  # else the ring is wider than the profiles reach
+    if settings.ring_width_um is not None:
+        width = settings.ring_width_um / settings.pixel_size_um
+    return replace(levels, ring_width=width)
 
 
 def _ring(frames: Sequence[Frame], background: Background) -> float:
@@ -136,7 +161,8 @@ def _colour(
         )
     if settings.clicks:
         return _clicked(frames, background, settings)
-    segmenter = Segmenter(background, replace(levels, colour=np.zeros(3)))
+    # Spots that are all ring have no interior.
+    segmenter = Segmenter(background, replace(levels, colour=np.zeros(3), ring_width=0.0))
     seen = []
     for frame in _few(frames):
         found = segmenter.droplets(frame)
@@ -148,6 +174,23 @@ def _colour(
         return np.zeros(3)
     colour: Floats = np.median(np.array(seen), axis=0)
     return colour if np.linalg.norm(colour) > _LEAST_COLOUR * levels.ring else np.zeros(3)
+
+
+def _first_hole(frames: Sequence[Frame], background: Background, levels: Levels) -> float:
+    """Return the lowest of some levels at which rings enclose anything; `edge` if none does."""
+    for hole in (levels.edge, *_HIGHER_HOLES):
+        segmenter = Segmenter(background, replace(levels, hole=hole))
+        if any(segmenter.droplets(frame) for frame in _few(frames)):
+            return hole
+    return levels.edge
+
+
+def _hole(levels: Levels) -> float:
+    """Return `edge`, or a level halfway from the interior to the ring if `edge` is too low."""
+    interior = -float(levels.colour[0]) / levels.ring
+    if not levels.colour.any():
+        return max(levels.edge, levels.hole if levels.hole > _FIRST_EDGE else 0.0)
+    return levels.edge if interior < _DARK * levels.edge else 0.5 * (interior + 1.0)
 
 
 def _pale_edge(levels: Levels) -> float:
@@ -211,14 +254,14 @@ def _near(outlines: Sequence[Floats], shape: tuple[int, ...]) -> Pixels:
     return mask
 
 
-def _examples(found: Sequence[Sequence[Droplet]]) -> list[list[Floats]]:
+def _examples(found: Sequence[Sequence[Droplet]], reach: float) -> list[list[Floats]]:
     """Return the outlines in each frame on which to look at the ring.
 
     They are whole, touch no other and, if there are such, are large enough that a profile does not
     reach their other side.
     """
     whole = [[each for each in here if not each.cut and each.group < 0] for here in found]
-    least = np.pi * ACROSS[0] ** 2
+    least = np.pi * reach**2
     large = [[each for each in here if each.area >= least] for here in whole]
     return [[each.outline for each in here] for here in (large if any(large) else whole)]
 
@@ -234,11 +277,12 @@ def _profiles(
     outlines: Sequence[Sequence[Floats]],
     segmenter: Segmenter,
     background: Background,
+    places: Floats,
 ) -> list[Floats]:
     """Return the mean darkness across the outlines in each frame that has some."""
     profiles = []
     for frame, here in zip(frames, outlines, strict=True):
         if here:
             dark = segmenter.darkness(frame, background.lamp(frame.luma)) / background.light
-            profiles.append(mean_profile(dark, here))
+            profiles.append(mean_profile(dark, here, places))
     return profiles

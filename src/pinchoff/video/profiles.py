@@ -20,13 +20,19 @@ from scipy.special import ndtr
 
 Floats = NDArray[np.float64]
 
-_STEP = 0.25  # pixels
-ACROSS = np.arange(-12.0, 3.0 + 1e-9, _STEP)
-"""Where profiles are taken, pixels outwards from the outline."""
+REACHES = (12.0, 24.0, 48.0)
+"""How far inwards profiles may go, pixels: as far as the ring asks for."""
 
+_OUTWARDS = 0.25  # of that
+_SAMPLES = 61
 _EVERY = 3  # points of an outline between two profiles: neighbours see the same pixels
 _MOST_BLURS = 8  # parts of the clip, each with a blur of its own
-_USUAL_WIDTH, _USUAL_BLUR = 3.5, 1.2  # pixels, where the fit begins
+_USUAL_WIDTH, _USUAL_BLUR = 0.3, 1.2  # of the reach, and pixels: where the fit begins
+
+
+def across(reach: float) -> Floats:
+    """Return where a profile is taken, pixels outwards from the outline."""
+    return np.linspace(-reach, _OUTWARDS * reach, _SAMPLES)
 
 
 class RingFit(NamedTuple):
@@ -66,34 +72,38 @@ class RingFit(NamedTuple):
         return self.darkness * inside + (self.interior - self.darkness) * beyond
 
 
-def mean_profile(dark: NDArray[Any], outlines: Sequence[Floats]) -> Floats:
-    """Return the mean darkness at `ACROSS`.
+def mean_profile(dark: NDArray[Any], outlines: Sequence[Floats], places: Floats) -> Floats:
+    """Return the mean darkness across outlines.
 
     Parameters
     ----------
     dark : ndarray of float32, shape (height, width)
     outlines : sequence of ndarray, shape (n, 2)
         One or more, clockwise as seen, pixels.
+    places : ndarray, shape (m,)
+        What `across` returns.
     """
-    total, count = np.zeros(len(ACROSS)), 0
+    total, count = np.zeros(len(places)), 0
     for outline in outlines:
         tangent = np.roll(outline, -3, axis=0) - np.roll(outline, 3, axis=0)
         length = np.maximum(np.hypot(tangent[:, 0], tangent[:, 1]), 1e-9)
         outward = (np.column_stack([tangent[:, 1], -tangent[:, 0]]) / length[:, None])[::_EVERY]
-        where = outline[::_EVERY, None, :] + ACROSS[None, :, None] * outward[:, None, :]
+        where = outline[::_EVERY, None, :] + places[None, :, None] * outward[:, None, :]
         where = where.astype(np.float32)
         total += cv2.remap(dark, where[..., 0], where[..., 1], cv2.INTER_CUBIC).sum(axis=0)
         count += len(outward)
     return total / count
 
 
-def fit_ring(profiles: Sequence[Floats]) -> RingFit:
+def fit_ring(profiles: Sequence[Floats], places: Floats) -> RingFit:
     """Fit one ring, with a blur for every part of the clip, by least squares.
 
     Parameters
     ----------
-    profiles : sequence of ndarray, shape as `ACROSS`
+    profiles : sequence of ndarray, shape (m,)
         In the order of time; neighbours are averaged.
+    places : ndarray, shape (m,)
+        Where they were taken.
     """
     parts = np.array_split(np.arange(len(profiles)), min(_MOST_BLURS, len(profiles)))
     seen = np.array([np.mean([profiles[k] for k in part], axis=0) for part in parts])
@@ -102,12 +112,12 @@ def fit_ring(profiles: Sequence[Floats]) -> RingFit:
     def misfit(unknown: Floats) -> Floats:
         darkness, interior, width = *unknown[:2], np.exp(unknown[2])
         edges, blurs = unknown[3 : 3 + count, None], np.exp(unknown[3 + count :, None])
-        inside = darkness * ndtr((edges - ACROSS) / blurs)
-        inside += (interior - darkness) * ndtr((edges - width - ACROSS) / blurs)
+        inside = darkness * ndtr((edges - places) / blurs)
+        inside += (interior - darkness) * ndtr((edges - width - places) / blurs)
         off: Floats = (inside - seen).ravel()
         return off
 
-    start = [1.1 * darkest, 0.2 * darkest, math.log(_USUAL_WIDTH)]
+    start = [1.1 * darkest, 0.2 * darkest, math.log(-_USUAL_WIDTH * places[0])]
     start = np.r_[start, np.zeros(count), np.full(count, math.log(_USUAL_BLUR))]
     # Levenberg and Marquardt's method: a few milliseconds; lengths as logarithms stay positive.
     found = least_squares(misfit, start, method="lm").x
@@ -115,7 +125,7 @@ def fit_ring(profiles: Sequence[Floats]) -> RingFit:
     return RingFit(darkness, math.exp(found[2]), interior, np.exp(found[3 + count :]))
 
 
-def apparent_width(profile: Floats, level: float) -> float:
+def apparent_width(profile: Floats, places: Floats, level: float) -> float:
     """Return over what width a profile is above a level, pixels.
 
     0 where it never is, or does not fall below it inwards.
@@ -128,7 +138,7 @@ def apparent_width(profile: Floats, level: float) -> float:
     if not inner.size:
         return 0.0
     inwards, outwards = (
-        ACROSS[k] + _STEP * (level - profile[k]) / (profile[k + 1] - profile[k])
+        places[k] + (places[1] - places[0]) * (level - profile[k]) / (profile[k + 1] - profile[k])
         for k in (int(inner[0]), int(outer[0]))
     )
     return float(outwards - inwards)

@@ -88,6 +88,9 @@ class Levels:
     pale_edge : float
         Like `edge`, where the ring is too pale to be closed there; none is looked for if it is
         not less than `edge`.
+    hole : float
+        Like `edge`, what the ring is darker than on its inner side; it counts if it is larger,
+        because the interior is as dark as the edge.
     """
 
     ring: float
@@ -97,6 +100,7 @@ class Levels:
     minimum_area: float
     ring_width: float = 0.0
     pale_edge: float = 1.0
+    hole: float = 0.0
 
 
 class _Seen(NamedTuple):
@@ -148,18 +152,24 @@ class Segmenter:
             return self._enclosed(seen.lamp, None, dark, self._levels.edge)
         alike = self._likeness.of(seen)
         found = self._enclosed(seen.lamp, alike, dark, self._levels.edge)
-        pale = self._levels.pale_edge
-        if pale >= self._levels.edge:
+        pale_level = self._levels.pale_edge
+        if pale_level >= self._levels.edge:
             return found
         claimed = _claimed(found, alike.shape)
         if not self._left_over(alike, claimed):
             return found
-        last = max((each.group for each in found), default=_FREE)
-        for each in self._enclosed(seen.lamp, alike, dark, pale):
-            if not _is_in(claimed, each):
-                group = each.group if each.group == _FREE else each.group + last + 1
-                found.append(each._replace(group=group))
-        return found
+        pale = self._enclosed(seen.lamp, alike, dark, pale_level)
+        new = [each for each in pale if not _is_in(claimed, each)]
+        # What a new one touches was seen with a piece of it.
+        groups = {each.group for each in new} - {_FREE}
+        new += [each for each in pale if each.group in groups and _is_in(claimed, each)]
+        taken = _claimed(new, alike.shape)
+        kept = [each for each in found if not _is_in(taken, each)]
+        last = max((each.group for each in kept), default=_FREE)
+        return kept + [
+            each if each.group == _FREE else each._replace(group=each.group + last + 1)
+            for each in new
+        ]
 
     def _left_over(self, alike: Image, claimed: Pixels) -> bool:
         """Return whether something of the droplets' colour, not cut by the frame, was not found."""
@@ -181,7 +191,9 @@ class Segmenter:
         ring = cv2.compare(dark, threshold, cv2.CMP_GT)
         if alike is not None:
             self._close_at_edges(alike, ring)
-        bodies = self._bodies(lamp, alike, dark, ring)
+        if self._levels.hole > level:
+            self._open_interiors(lamp, dark, ring)
+        bodies = self._bodies(lamp * level / self._levels.edge, alike, dark, ring)
         walks: list[Walk] = []
         groups: list[int] = []
         wholes: dict[int, int] = {}  # of a group that may be one droplet: place of its walk
@@ -209,11 +221,27 @@ class Segmenter:
         """Close the rings of droplets that the frame cuts, along its edge where they are."""
         for edge in (np.s_[:1, :], np.s_[-1:, :], np.s_[:, :1], np.s_[:, -1:]):
             line = ring[edge].reshape(-1)
-            inside = self._likeness.along(alike, edge, line.size) >= self._levels.interior
+            inside = self._likeness.along(alike, edge, line) >= self._levels.interior
             ring[edge] = np.where(inside, 255, line).reshape(ring[edge].shape)
 
-    def _bodies(self, lamp: float, alike: Image | None, dark: Pixels, ring: Pixels) -> list[_Body]:
-        """Return the connected rings that enclose interiors, with these, and small droplets."""
+    def _open_interiors(self, lamp: float, dark: Pixels, ring: Pixels) -> None:
+        """Take out of dark regions what a still darker ring encloses."""
+        level = cv2.convertScaleAbs(self._ring, alpha=self._levels.hole * lamp)
+        darker = cv2.compare(dark, level, cv2.CMP_GT)
+        contours, hierarchy = cv2.findContours(darker, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        least = _INTERIOR_SHARE * self._levels.minimum_area
+        for k, hole in enumerate(contours):
+            if hierarchy[0, k, 3] >= 0 and cv2.contourArea(hole) >= least:
+                inside = np.zeros_like(ring)
+                cv2.drawContours(inside, [hole], -1, 255, cv2.FILLED)
+                cv2.drawContours(inside, [hole], -1, 0, 1)  # its walk lies on the ring
+                ring[inside > 0] = 0
+
+    def _bodies(self, light: float, alike: Image | None, dark: Pixels, ring: Pixels) -> list[_Body]:
+        """Return the connected rings that enclose interiors, with these, and small droplets.
+
+        `light` is how much darker than at average light and focus the rings are.
+        """
         contours, hierarchy = cv2.findContours(ring, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         found: dict[int, list[Walk]] = {}
         parents = hierarchy[0, :, 3].tolist() if len(contours) else []
@@ -226,7 +254,7 @@ class Segmenter:
                 if self._is_interior(alike, ring, hole):
                     interiors.append(hole)
         bodies = [
-            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, lamp))
+            _Body(contours[k], [holes] if len(holes) == 1 else self._sorted(holes, dark, light))
             for k, holes in found.items()
             if holes
         ]
@@ -256,7 +284,7 @@ class Segmenter:
         is_round = area >= _ROUND * np.pi * (radius + 0.5) ** 2
         return thickness <= _ALL_RING * ring and (is_round or thickness >= _TWO_RINGS * ring)
 
-    def _sorted(self, holes: list[Walk], dark: Pixels, lamp: float) -> list[list[Walk]]:
+    def _sorted(self, holes: list[Walk], dark: Pixels, light: float) -> list[list[Walk]]:
         """Sort the holes of one ring into droplets.
 
         Between two droplets that touch is a wall as dark as their rings. Where it is paler, it is
@@ -264,7 +292,7 @@ class Segmenter:
         """
         left, top, wide, high = cv2.boundingRect(np.concatenate(holes))
         window = np.s_[top : top + high, left : left + wide]
-        level = self._ring[window] * np.float32(_PALEST_WALL * lamp)
+        level = self._ring[window] * np.float32(_PALEST_WALL * light)
         pale = (dark[window] <= level).astype(np.uint8)
         _, labels = cv2.connectedComponents(pale, connectivity=4)
         inside = [self._label_within(labels, hole - (left, top)) for hole in holes]
@@ -346,10 +374,22 @@ class Likeness:
         return float(cv2.mean(part, inside)[0])
 
     @staticmethod
-    def along(alike: Image, edge: tuple[slice, slice], length: int) -> Image:
-        """Return it along an edge of the frame, smoothed over a few pixels: (length,)."""
-        line = cv2.blur(alike[edge].reshape(1, -1), (5, 1), borderType=cv2.BORDER_REPLICATE)
-        along: Image = np.repeat(line[0], 2)[:length]
+    def along(alike: Image, edge: tuple[slice, slice], ring: Pixels) -> Image:
+        """Return it along an edge of the frame, smoothed over a few pixels.
+
+        Parameters
+        ----------
+        alike : ndarray
+            What `of` returns.
+        edge : (slice, slice)
+        ring : ndarray, shape (length,)
+            Not zero where there is ring along the edge; it counts as alike, so that nothing
+            stays open beside it.
+        """
+        line = np.clip(alike[edge].reshape(-1), 0.0, 1.0)
+        line[ring[::2] > 0] = 1.0
+        line = cv2.blur(line.reshape(1, -1), (5, 1), borderType=cv2.BORDER_REPLICATE)
+        along: Image = np.repeat(line[0], 2)[: ring.size]
         return along
 
 

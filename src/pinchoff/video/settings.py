@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
@@ -12,6 +12,9 @@ from pinchoff.validation import Checked, Number, WholeNumber, explained, number
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""
+
+
+_Level: TypeAlias = Annotated[Number, Field(ge=0, le=255)]
 
 
 def _derived(low: float, high: float, meaning: str) -> Any:
@@ -65,6 +68,14 @@ class VideoSettings(Checked):
     pale_edge_level : float, optional
         The same where a ring is too pale to be closed, because its droplet moves fast or is out of
         focus; by default halfway to the darkness of the interior.
+    inner_edge_level : float, optional
+        The same on the ring's inner side; by default that of the outline, or halfway from the
+        interior's darkness to the ring's where the interior is dark.
+    ring_darkness : float, optional
+        How much darker than the fluid the ring is, grey levels of 255 at average light; by default
+        nearly that of the darkest there is.
+    ring_width_um : float, optional
+        Width over which the ring is darker than its edge, µm; by default from its profile.
     interior_level : float
         How similar to the droplets' interior a region within a ring must be, from the fluid's 0
         to the interior's 1, to be a droplet.
@@ -113,8 +124,11 @@ class VideoSettings(Checked):
     fps: Number | None = _derived(1e-3, 1e6, "frames a second")
     edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     pale_edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
+    inner_edge_level: Number | None = _derived(0.05, 0.99, "a fraction of the ring's darkness")
+    ring_darkness: Number | None = _derived(1.0, 255.0, "grey levels of 255")
+    ring_width_um: Number | None = _derived(0.0, 1e4, "a width in µm")
     interior_level: Number = number(0.0, 1.0, "a fraction of the interior's colour", default=0.5)
-    interior: tuple[Number, Number, Number] | None = explained(
+    interior: tuple[_Level, _Level, _Level] | None = explained(
         "three numbers from 0 to 255", "red, green and blue of the interior", default=None
     )
     clicks: tuple[tuple[WholeNumber, Number, Number], ...] = explained(

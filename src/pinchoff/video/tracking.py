@@ -217,7 +217,9 @@ class Tracker:
         before = np.array([t.droplet.area for t in self._tracks])
         after = np.array([d.area for d in droplets])
         square = ((expected[:, None] - found[None]) ** 2).sum(axis=2)
-        reach = self.reach(before)
+        # What has just come into view may be slower than the others.
+        new = np.array([t.velocity is None for t in self._tracks])
+        reach = self.reach(before) + np.where(new, float(np.hypot(*self._flow)), 0.0)
         change = np.abs(after[None] - before[:, None]) / np.maximum(after[None], before[:, None])
         cut = np.array([t.droplet.cut for t in self._tracks])[:, None]
         cut = cut | np.array([d.cut for d in droplets])[None]
