@@ -190,7 +190,7 @@ class Segmenter:
         threshold = cv2.convertScaleAbs(self._ring, alpha=level * lamp)
         ring = cv2.compare(dark, threshold, cv2.CMP_GT)
         if alike is not None:
-            self._close_at_edges(alike, ring)
+            self._close_at_edges(alike, dark, threshold, ring)
         if self._levels.hole > level:
             self._open_interiors(lamp, dark, ring)
         bodies = self._bodies(lamp * level / self._levels.edge, alike, dark, ring)
@@ -217,11 +217,13 @@ class Segmenter:
             if each is not None and place not in wholes.values()
         ]
 
-    def _close_at_edges(self, alike: Image, ring: Pixels) -> None:
+    def _close_at_edges(self, alike: Image, dark: Pixels, threshold: Pixels, ring: Pixels) -> None:
         """Close the rings of droplets that the frame cuts, along its edge where they are."""
         for edge in (np.s_[:1, :], np.s_[-1:, :], np.s_[:, :1], np.s_[:, -1:]):
             line = ring[edge].reshape(-1)
-            inside = self._likeness.along(alike, edge, line) >= self._levels.interior
+            # The frame's edge may lie on the pale flank of a ring.
+            flank = dark[edge].reshape(-1) > 0.5 * threshold[edge].reshape(-1)
+            inside = self._likeness.along(alike, edge, flank) >= self._levels.interior
             ring[edge] = np.where(inside, 255, line).reshape(ring[edge].shape)
 
     def _open_interiors(self, lamp: float, dark: Pixels, ring: Pixels) -> None:
@@ -374,7 +376,7 @@ class Likeness:
         return float(cv2.mean(part, inside)[0])
 
     @staticmethod
-    def along(alike: Image, edge: tuple[slice, slice], ring: Pixels) -> Image:
+    def along(alike: Image, edge: tuple[slice, slice], dark: NDArray[np.bool_]) -> Image:
         """Return it along an edge of the frame, smoothed over a few pixels.
 
         Parameters
@@ -382,14 +384,14 @@ class Likeness:
         alike : ndarray
             What `of` returns.
         edge : (slice, slice)
-        ring : ndarray, shape (length,)
-            Not zero where there is ring along the edge; it counts as alike, so that nothing
-            stays open beside it.
+        dark : ndarray, shape (length,)
+            Where a ring runs along the edge; it counts as alike, so that nothing stays open beside
+            it.
         """
         line = np.clip(alike[edge].reshape(-1), 0.0, 1.0)
-        line[ring[::2] > 0] = 1.0
+        line[dark[::2]] = 1.0
         line = cv2.blur(line.reshape(1, -1), (5, 1), borderType=cv2.BORDER_REPLICATE)
-        along: Image = np.repeat(line[0], 2)[: ring.size]
+        along: Image = np.repeat(line[0], 2)[: dark.size]
         return along
 
 
