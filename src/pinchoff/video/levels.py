@@ -76,9 +76,9 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
     settings : VideoSettings
         What they say is taken as it is.
     """
-    if settings.packed:
-        return Calibrated(median_background(frames), None)
     background = median_background(frames)
+    if settings.packed:
+        return Calibrated(background, None)
     levels = Levels(
         ring=settings.ring_darkness or _ring(frames, background),
         edge=settings.edge_level or _FIRST_EDGE,
@@ -86,11 +86,12 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         interior=settings.interior_level,
         minimum_area=settings.minimum_area_px,
     )
-    levels = replace(levels, hole=_first_hole(frames, background, levels))
+    first_hole = _first_hole(frames, background, levels)
+    levels = replace(levels, hole=first_hole)
     # The first time roughly, on half of the frames.
     for some in (frames[::2], frames):
         levels = replace(levels, colour=_colour(some, background, levels, settings))
-        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels))
+        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels, first_hole))
         segmenter = Segmenter(background, levels)
         found = [segmenter.droplets(frame) for frame in some]
         if len(some) > 2:
@@ -100,7 +101,7 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
             background = masked_background(some, masks, background)
         levels = _at_ring(levels, some, found, background, settings)
         levels = replace(levels, pale_edge=settings.pale_edge_level or _pale_edge(levels))
-        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels))
+        levels = replace(levels, hole=settings.inner_edge_level or _hole(levels, first_hole))
     return Calibrated(background, levels)
 
 
@@ -177,19 +178,19 @@ def _colour(
 
 
 def _first_hole(frames: Sequence[Frame], background: Background, levels: Levels) -> float:
-    """Return the lowest of some levels at which rings enclose anything; `edge` if none does."""
-    for hole in (levels.edge, *_HIGHER_HOLES):
+    """Return the lowest level above `edge` at which rings enclose anything; 0 if `edge` does."""
+    for hole in (0.0, *_HIGHER_HOLES):
         segmenter = Segmenter(background, replace(levels, hole=hole))
         if any(segmenter.droplets(frame) for frame in _few(frames)):
             return hole
-    return levels.edge
+    return 0.0
 
 
-def _hole(levels: Levels) -> float:
+def _hole(levels: Levels, first: float) -> float:
     """Return `edge`, or a level halfway from the interior to the ring if `edge` is too low."""
-    interior = -float(levels.colour[0]) / levels.ring
     if not levels.colour.any():
-        return max(levels.edge, levels.hole if levels.hole > _FIRST_EDGE else 0.0)
+        return max(levels.edge, first)
+    interior = -float(levels.colour[0]) / levels.ring
     return levels.edge if interior < _DARK * levels.edge else 0.5 * (interior + 1.0)
 
 

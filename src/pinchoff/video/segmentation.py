@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -20,12 +20,8 @@ from numpy.typing import NDArray
 from pinchoff import _core
 from pinchoff.video.background import Background
 from pinchoff.video.contours import Floats, trace
+from pinchoff.video.likeness import Image, Likeness, Pixels, Walk
 from pinchoff.video.reading import Frame
-
-Image = NDArray[np.float32]
-Pixels = NDArray[np.uint8]
-Walk = NDArray[np.int32]
-"""Pixels x, y round a region, (n, 1, 2), as ``cv2.findContours`` gives them."""
 
 _DENOISING = (3, 0.7)  # size and standard deviation of the filter before thresholds, pixels
 _FREE = -1
@@ -103,13 +99,6 @@ class Levels:
     hole: float = 0.0
 
 
-class _Seen(NamedTuple):
-    """A frame and how bright its lamp is."""
-
-    frame: Frame
-    lamp: float
-
-
 class Segmenter:
     """Find the droplets in the frames of one clip.
 
@@ -146,19 +135,19 @@ class Segmenter:
         Where something of the droplets' colour has no closed ring about it, the ring may be pale,
         because the droplet moves fast or is out of focus: there a lower level is tried.
         """
-        seen = _Seen(frame, self._background.lamp(frame.luma))
-        dark = self.darkness(*seen)
+        lamp = self._background.lamp(frame.luma)
+        dark = self.darkness(frame, lamp)
         if not self._likeness.known:
-            return self._enclosed(seen.lamp, None, dark, self._levels.edge)
-        alike = self._likeness.of(seen)
-        found = self._enclosed(seen.lamp, alike, dark, self._levels.edge)
+            return self._enclosed(lamp, None, dark, self._levels.edge)
+        alike = self._likeness.of(frame, lamp)
+        found = self._enclosed(lamp, alike, dark, self._levels.edge)
         pale_level = self._levels.pale_edge
         if pale_level >= self._levels.edge:
             return found
         claimed = _claimed(found, alike.shape)
         if not self._left_over(alike, claimed):
             return found
-        pale = self._enclosed(seen.lamp, alike, dark, pale_level)
+        pale = self._enclosed(lamp, alike, dark, pale_level)
         new = [each for each in pale if not _is_in(claimed, each)]
         # What a new one touches was seen with a piece of it.
         groups = {each.group for each in new} - {_FREE}
@@ -191,7 +180,7 @@ class Segmenter:
         ring = cv2.compare(dark, threshold, cv2.CMP_GT)
         if alike is not None:
             self._close_at_edges(alike, dark, threshold, ring)
-        if self._levels.hole > level:
+        if self._levels.hole > self._levels.edge:
             self._open_interiors(lamp, dark, ring)
         bodies = self._bodies(lamp * level / self._levels.edge, alike, dark, ring)
         walks: list[Walk] = []
@@ -232,12 +221,15 @@ class Segmenter:
         darker = cv2.compare(dark, level, cv2.CMP_GT)
         contours, hierarchy = cv2.findContours(darker, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         least = _INTERIOR_SHARE * self._levels.minimum_area
-        for k, hole in enumerate(contours):
-            if hierarchy[0, k, 3] >= 0 and cv2.contourArea(hole) >= least:
-                inside = np.zeros_like(ring)
-                cv2.drawContours(inside, [hole], -1, 255, cv2.FILLED)
-                cv2.drawContours(inside, [hole], -1, 0, 1)  # its walk lies on the ring
-                ring[inside > 0] = 0
+        holes = [
+            hole
+            for k, hole in enumerate(contours)
+            if hierarchy[0, k, 3] >= 0 and cv2.contourArea(hole) >= least
+        ]
+        inside = np.zeros_like(ring)
+        cv2.drawContours(inside, holes, -1, 255, cv2.FILLED)
+        cv2.drawContours(inside, holes, -1, 0, 1)  # their walks lie on the ring
+        ring[inside > 0] = 0
 
     def _bodies(self, light: float, alike: Image | None, dark: Pixels, ring: Pixels) -> list[_Body]:
         """Return the connected rings that enclose interiors, with these, and small droplets.
@@ -328,71 +320,6 @@ class Segmenter:
 
     def _is_interior(self, alike: Image | None, ring: Pixels, hole: Walk) -> bool:
         return alike is None or Likeness.within(alike, ring, hole) >= self._levels.interior
-
-
-class Likeness:
-    """How much of the droplets' colour something has: 0 is the fluid's, 1 theirs.
-
-    Parameters
-    ----------
-    background : Background
-    colour : ndarray, shape (3,)
-        As in `Levels`.
-    """
-
-    def __init__(self, background: Background, colour: Floats) -> None:
-        self.known = bool(np.any(colour != 0.0))
-        weights = (colour / max(float(colour @ colour), 1e-9)).astype(np.float32)
-        # At the colour's resolution, half that of brightness.
-        self._brightness = np.ascontiguousarray(weights[0] / background.light[::2, ::2])
-        self._colour = [float(weight) for weight in weights[1:]]
-        self._fluid = self._sum(background.luma, background.chroma, 1.0)
-
-    def of(self, seen: _Seen) -> Image:
-        """Return it for every other pixel of a frame."""
-        alike = self._sum(seen.frame.luma, seen.frame.chroma, seen.lamp)
-        alike -= self._fluid
-        return alike
-
-    def _sum(self, luma: NDArray[Any], chroma: NDArray[Any] | None, lamp: float) -> Image:
-        small = np.ascontiguousarray(luma[::2, ::2])
-        total: Image = cv2.multiply(small, self._brightness, scale=1.0 / lamp, dtype=cv2.CV_32F)
-        if chroma is not None:
-            for weight, plane in zip(self._colour, chroma, strict=True):
-                total = cv2.addWeighted(total, 1.0, plane.astype(np.float32), weight, 0.0)
-        return total
-
-    @staticmethod
-    def within(alike: Image, ring: Pixels, hole: Walk) -> float:
-        """Return its mean over the pixels that a hole in a ring encloses."""
-        left, top, wide, high = cv2.boundingRect(hole)
-        left, top = left + left % 2, top + top % 2
-        mask = np.zeros((high, wide), dtype=np.uint8)
-        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED, offset=(-left, -top))
-        around = ring[top : top + high : 2, left : left + wide : 2]
-        inside = cv2.subtract(mask[::2, ::2][: around.shape[0], : around.shape[1]], around)
-        rows, columns = inside.shape
-        part = alike[top // 2 : top // 2 + rows, left // 2 : left // 2 + columns]
-        return float(cv2.mean(part, inside)[0])
-
-    @staticmethod
-    def along(alike: Image, edge: tuple[slice, slice], dark: NDArray[np.bool_]) -> Image:
-        """Return it along an edge of the frame, smoothed over a few pixels.
-
-        Parameters
-        ----------
-        alike : ndarray
-            What `of` returns.
-        edge : (slice, slice)
-        dark : ndarray, shape (length,)
-            Where a ring runs along the edge; it counts as alike, so that nothing stays open beside
-            it.
-        """
-        line = np.clip(alike[edge].reshape(-1), 0.0, 1.0)
-        line[dark[::2]] = 1.0
-        line = cv2.blur(line.reshape(1, -1), (5, 1), borderType=cv2.BORDER_REPLICATE)
-        along: Image = np.repeat(line[0], 2)[: dark.size]
-        return along
 
 
 class _Body(NamedTuple):
