@@ -164,6 +164,16 @@ def test_thresholds_that_are_given_are_taken(disc, moving, drawn, settings, micr
     assert len(Segmenter(*calibrate(frames, told)).droplets(frames[10])) == 1
 
 
+@pytest.mark.parametrize(("interior", "share"), [(140, 0.42), (230, 0.0)])
+def test_pale_rings_are_darker_than_the_interior(
+    disc, moving, drawn, settings, microscope, interior, share
+):
+    look = microscope.replace(interior=(interior,) * 3, fluid=(206,) * 3, ring=(50,) * 3)
+    levels = calibrate(drawn(Scene((crossing(disc, moving),)), look, 24), settings).levels
+    # The ring's darkness is a tenth less than drawn, because of the blur.
+    assert levels.pale_edge == pytest.approx(0.5 * (levels.edge + share), abs=0.04)
+
+
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.6])
 @pytest.mark.parametrize("grey", [False, True])
 def test_interior_as_dark_as_the_edge(disc, moving, found, microscope, share, grey):

@@ -22,6 +22,7 @@ _BINS = 20
 class _Quantity(NamedTuple):
     label: str
     values: NDArray[np.float64]
+    limits: tuple[float, float] | None = None  # where they are known beforehand
 
 
 def _quantities(table: pd.DataFrame) -> list[_Quantity]:
@@ -31,7 +32,7 @@ def _quantities(table: pd.DataFrame) -> list[_Quantity]:
     return [
         _Quantity("D [µm]", np.sqrt(4.0 * column("area_um2") / math.pi)),
         _Quantity("v [mm/s]", column("speed_mm_s")),
-        _Quantity("S", column("symmetry")),
+        _Quantity("S", column("symmetry"), (0.0, 1.0)),
         _Quantity("Ca [10⁻³]", 1e3 * column("capillary_number")),
     ]
 
@@ -52,16 +53,16 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
     table = table[table["accepted"].astype(bool)]
     broke = table["broke"].fillna(False).to_numpy(bool)
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 1.8), layout="constrained")
+        figure = Figure(figsize=(style.TWO_COLUMNS, 2.0), layout="constrained")
         panels = list(figure.subplots(1, 4))
-        for panel, (label, values) in zip(panels, _quantities(table), strict=True):
+        for panel, (label, values, limits) in zip(panels, _quantities(table), strict=True):
             measured = np.isfinite(values)
             panel.set_xlabel(label)
             if not measured.any():
                 panel.set(xticks=[], yticks=[])
                 panel.text(0.5, 0.5, "not measured", ha="center", transform=panel.transAxes)
                 continue
-            edges = np.histogram_bin_edges(values[measured], _BINS)
+            edges = np.histogram_bin_edges(values[measured], _BINS, limits)
             panel.hist(
                 [values[measured & broke], values[measured & ~broke]],
                 edges,
@@ -70,7 +71,8 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
                 label=["broke", "did not"],
             )
         panels[0].set_ylabel("collisions")
-        panels[0].legend()
+        named = panels[0].get_legend_handles_labels()
+        figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars
     return panels
 
 
