@@ -17,7 +17,7 @@ import numpy as np
 import statsmodels.api as sm
 
 import pinchoff as po
-from pinchoff.collisions_import import import_collisions
+from pinchoff.collisions.importing import import_collisions
 
 
 def main() -> None:

@@ -38,10 +38,10 @@ from skimage.measure import find_contours, label, regionprops
 from skimage.morphology import remove_small_objects
 
 import pinchoff as po
-from pinchoff.encounters import Laboratory, encounter_table, write_encounters
-from pinchoff.microscope import Microscope, Passage, Scene, film
-from pinchoff.outlines import Outlines
+from pinchoff.model.outlines import Outlines
 from pinchoff.video.clips import measure_clip
+from pinchoff.video.encounters import Laboratory, encounter_table, write_encounters
+from pinchoff.video.microscope import Microscope, Passage, Scene, film
 
 HERE = Path(__file__).parent
 PIXEL_UM = 5.28

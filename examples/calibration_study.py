@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 import pinchoff as po
-from pinchoff.calibrations.conversions import head_on_onset, match_onset
-from pinchoff.calibrations.targets import as_target
 from pinchoff.figures.calibration import calibrated_line, objective_landscape
 from pinchoff.figures.separating_line import write_figure
+from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
+from pinchoff.studies.calibration.targets import as_target
 
 CAPILLARY = [16, 20, 25, 32, 40, 50, 64, 80]
 TARGET = "paper-simulation"

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import pinchoff as po
-from pinchoff.synthetic import PAPER_SYMMETRY_NOISE
+from pinchoff.studies.virtual import PAPER_SYMMETRY_NOISE
 
 FREE = ("area", "thickness", "viscosity")
 TRUTH = {

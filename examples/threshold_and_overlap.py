@@ -20,7 +20,7 @@ from skimage.color import rgb2gray
 from skimage.filters import threshold_otsu
 from skimage.measure import find_contours, label, regionprops
 
-from pinchoff.encounters import (
+from pinchoff.video.encounters import (
     CONTACT_DISTANCE_UM,
     RELEASE,
     Encounter,

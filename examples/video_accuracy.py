@@ -23,10 +23,10 @@ import pandas as pd
 from threshold_and_overlap import measure_plainly
 
 import pinchoff as po
-from pinchoff.encounters import Laboratory, encounter_table
-from pinchoff.microscope import Microscope, film, lane_scene, passage_of
-from pinchoff.simulation import thread_count
+from pinchoff.model.simulation import thread_count
 from pinchoff.video.clips import measure_clip
+from pinchoff.video.encounters import Laboratory, encounter_table
+from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 
 LABORATORY = Laboratory(
     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20

@@ -26,11 +26,16 @@ from numpy.typing import NDArray
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.encounters import CONTACT_DISTANCE_UM, Laboratory, encounter_table, gap_to_circle
-from pinchoff.microscope import Microscope, Passage, Scene, film, lane_scene, passage_of
-from pinchoff.outlines import Outlines
-from pinchoff.simulation import thread_count
+from pinchoff.model.outlines import Outlines
+from pinchoff.model.simulation import thread_count
 from pinchoff.video.clips import measure_clip
+from pinchoff.video.encounters import (
+    CONTACT_DISTANCE_UM,
+    Laboratory,
+    encounter_table,
+    gap_to_circle,
+)
+from pinchoff.video.microscope import Microscope, Passage, Scene, film, lane_scene, passage_of
 
 Floats = NDArray[np.float64]
 

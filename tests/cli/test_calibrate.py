@@ -8,8 +8,8 @@ import re
 import pandas as pd
 import pytest
 
-from pinchoff.calibrations import trials
 from pinchoff.cli import main
+from pinchoff.studies.calibration import trials
 
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 QUICK = ["--points", 3, "--width", 0.03, "--scan", 6, "--evaluations", 3]

@@ -11,7 +11,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import main
-from pinchoff.collisions_file import write_collisions
+from pinchoff.collisions.parquet import write_collisions
 
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 ALWAYS = ["breakup_probability.png", "constant_height.png", "law.json", "report.html"]

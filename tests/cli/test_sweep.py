@@ -17,7 +17,7 @@ import pytest
 import pinchoff as po
 from pinchoff.cli import main
 from pinchoff.figures.sweep import phase_diagram
-from pinchoff.sweeps import summary
+from pinchoff.studies.sweep import summary
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions.segments import symmetry_of_height
 from pinchoff.figures.breakup_probability import breakup_probability
 from pinchoff.figures.constant_height import constant_height, height_of_symmetry
 from pinchoff.figures.daughters import area_ratio_bound, daughter_areas
@@ -17,8 +18,7 @@ from pinchoff.fits.fractions import (
     merged_edges,
     wilson_interval,
 )
-from pinchoff.necks import ThinningHistory
-from pinchoff.segments import symmetry_of_height
+from pinchoff.studies.necks import ThinningHistory
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,8 @@ import pandas as pd
 import pytest
 
 from pinchoff import InputError, Outlines
-from pinchoff.files import written_aside
-from pinchoff.outlines import Outline, OutlineWriter
+from pinchoff.model.outlines import Outline, OutlineWriter
+from pinchoff.support.files import written_aside
 
 ARRAYS = (
     "times",
@@ -198,7 +198,7 @@ def test_measured_table_says_its_units():
 WRITER = """
 import os, signal, sys
 import numpy as np
-from pinchoff.outlines import OutlineWriter
+from pinchoff.model.outlines import OutlineWriter
 ring = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 1.0]])
 writer = OutlineWriter(sys.argv[1], [[0, 0, 0.2]], {"offset": 0.05})
 for frame in range(7):

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pinchoff.law import Line, breakup_number, breakup_probability
+from pinchoff.collisions.law import Line, breakup_number, breakup_probability
 
 TRUTH = Line(0.083, -0.74)
 WIDTH = 0.098

@@ -9,11 +9,11 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff.calibrations import fitting, trials
-from pinchoff.calibrations.conversions import head_on_onset, match_onset
-from pinchoff.calibrations.targets import PRESETS, as_target
-from pinchoff.calibrations.trials import effective
-from pinchoff.law import Line
+from pinchoff.collisions.law import Line
+from pinchoff.studies.calibration import fitting, trials
+from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
+from pinchoff.studies.calibration.targets import PRESETS, as_target
+from pinchoff.studies.calibration.trials import effective
 
 CONTROL = np.geomspace(0.04, 0.2, 6)
 QUICK = {"points": 3, "width": 0.02, "scan": 8, "progress": False}
@@ -299,7 +299,7 @@ def test_the_onset_parts_head_on_droplets():
 
 def test_the_conversion_puts_one_onset_on_the_other(monkeypatch):
     monkeypatch.setattr(
-        "pinchoff.calibrations.conversions.head_on_onset",
+        "pinchoff.studies.calibration.conversions.head_on_onset",
         lambda model, **_: (15.9, 16.1) if model.vertex_count == 64 else (14.9, 15.1),
     )
     model = po.Parameters()
@@ -312,5 +312,6 @@ def test_the_conversion_puts_one_onset_on_the_other(monkeypatch):
 
 
 def test_stiff_edges_have_no_onset_to_match(monkeypatch):
-    monkeypatch.setattr("pinchoff.calibrations.conversions.head_on_onset", lambda *_, **__: None)
+    name = "pinchoff.studies.calibration.conversions.head_on_onset"
+    monkeypatch.setattr(name, lambda *_, **__: None)
     assert match_onset(PRESETS["paper-simulation"], po.Parameters()) is None

@@ -13,7 +13,7 @@ import pytest
 from scipy.stats import binomtest
 
 import pinchoff as po
-from pinchoff.estimate import Estimate
+from pinchoff.support.interval import Estimate
 
 pytestmark = pytest.mark.slow
 

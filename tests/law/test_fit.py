@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions.law import Line
 from pinchoff.fits.intervals import normal_quantile
-from pinchoff.law import Line
 
 
 def numbers(fit):

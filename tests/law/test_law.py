@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.law import (
+from pinchoff.collisions.law import (
     LINES,
     PAPER_EXPERIMENT_LINE,
     PAPER_SIMULATION_LINE,

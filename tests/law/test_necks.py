@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.necks import ThinningHistory, last_frame_necks, median_history, thinning_history
+from pinchoff.studies.necks import (
+    ThinningHistory,
+    last_frame_necks,
+    median_history,
+    thinning_history,
+)
 
 LINEAR = ThinningHistory(np.array([0.0, 1.0]), np.array([100.0, 0.0]), 1.0)  # 100 µm/s
 

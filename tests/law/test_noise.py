@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions.segments import symmetry_of_impact
 from pinchoff.fits.noise import reflected_normal, true_distribution
-from pinchoff.segments import symmetry_of_impact
 
 NOISE = 0.088
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pinchoff import _core
-from pinchoff.law import PAPER_EXPERIMENT_LINE
-from pinchoff.segments import (
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE
+from pinchoff.collisions.segments import (
     SMALL_SEGMENT_EXPONENT,
     local_exponent,
     segment_area,

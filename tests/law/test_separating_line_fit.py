@@ -11,9 +11,9 @@ import pytest
 from scipy import stats
 
 import pinchoff as po
-from pinchoff.boundaries.fit import fit_line
-from pinchoff.boundaries.search import Boundary
-from pinchoff.law import breakup_number
+from pinchoff.collisions.law import breakup_number
+from pinchoff.studies.boundary.fit import fit_line
+from pinchoff.studies.boundary.search import Boundary
 
 CA = np.geomspace(0.0015, 0.008, 9)
 AREA = np.full(9, 25.16)

@@ -7,9 +7,9 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions_file import write_collisions
-from pinchoff.segments import symmetry_of_impact
-from pinchoff.synthetic import CONDITIONS, TRUE_SYMMETRY
+from pinchoff.collisions.parquet import write_collisions
+from pinchoff.collisions.segments import symmetry_of_impact
+from pinchoff.studies.virtual import CONDITIONS, TRUE_SYMMETRY
 
 
 @pytest.fixture(scope="module")

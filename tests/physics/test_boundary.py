@@ -11,8 +11,15 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff.boundaries.bracketing import GLANCING, STATUSES, Interval, Search, Trial, run_searches
-from pinchoff.boundaries.search import COLUMNS, write_table
+from pinchoff.studies.boundary.bracketing import (
+    GLANCING,
+    STATUSES,
+    Interval,
+    Search,
+    Trial,
+    run_searches,
+)
+from pinchoff.studies.boundary.search import COLUMNS, write_table
 
 WIDTH = 0.005
 REACH = 0.25

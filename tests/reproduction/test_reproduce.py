@@ -11,12 +11,12 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import main
-from pinchoff.report.reproduction import reproduction_page
-from pinchoff.reproduction import make
-from pinchoff.reproduction.catalogue import FIGURES
-from pinchoff.reproduction.make import ITEMS
-from pinchoff.reproduction.numbers import Number, data_name, numbers
-from pinchoff.reproduction.study import Study, droplet, offset_of_symmetry, paper_breakup_number
+from pinchoff.paper import make
+from pinchoff.paper.catalogue import FIGURES
+from pinchoff.paper.make import ITEMS
+from pinchoff.paper.numbers import Number, data_name, numbers
+from pinchoff.paper.page import reproduction_page
+from pinchoff.paper.study import Study, droplet, offset_of_symmetry, paper_breakup_number
 
 CHEAP = ["2", "3"]
 
@@ -116,8 +116,8 @@ def test_what_rests_on_synthetic_data_says_so(found):
 
 def test_a_wrong_number_would_differ():
     """The verdict depends on the numbers: an interval that misses the paper's value differs."""
-    from pinchoff.estimate import Estimate
-    from pinchoff.reproduction.numbers import _estimated, _plain
+    from pinchoff.paper.numbers import _estimated, _plain
+    from pinchoff.support.interval import Estimate
 
     near = _estimated("n", "p", "1", (1.0, 0.05), Estimate(1.2, 1.05, 1.3), "h")
     far = _estimated("n", "p", "1", (1.0, 0.05), Estimate(1.2, 1.15, 1.3), "h")

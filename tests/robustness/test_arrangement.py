@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.law import breakup_number
+from pinchoff.collisions.law import breakup_number
 
 SHORT = po.Parameters(time_limit=0.05)
 RADIUS = SHORT.obstacle_radius

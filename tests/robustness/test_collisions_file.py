@@ -9,9 +9,9 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions import SHARED_COLUMNS, Column, measured_table, synthetic
-from pinchoff.collisions_file import write_collisions
-from pinchoff.sweeps.summary import summarize
+from pinchoff.collisions.parquet import write_collisions
+from pinchoff.collisions.schema import SHARED_COLUMNS, Column, measured_table, synthetic
+from pinchoff.studies.sweep.summary import summarize
 
 
 @pytest.fixture

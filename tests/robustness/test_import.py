@@ -9,8 +9,8 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions import SHARED_COLUMNS
-from pinchoff.table_file import read_table
+from pinchoff.collisions.reading import read_table
+from pinchoff.collisions.schema import SHARED_COLUMNS
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.parameters import CA_PER_CA_SIM, preset_description, preset_names
+from pinchoff.model.parameters import CA_PER_CA_SIM, preset_description, preset_names
 
 NUMBERS = (
     "size_ratio",

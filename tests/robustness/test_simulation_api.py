@@ -18,8 +18,10 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
-from pinchoff import collisions, law, simulation
-from pinchoff.parameters import SAMPLE_INTERVAL
+from pinchoff.collisions import law
+from pinchoff.collisions import schema as collisions
+from pinchoff.model import simulation
+from pinchoff.model.parameters import SAMPLE_INTERVAL
 
 BREAKING = po.Parameters(simulation_capillary_number=30, offset=0.02)
 SLIPPING = po.Parameters(simulation_capillary_number=10, offset=0.15)

@@ -16,9 +16,9 @@ import pyarrow.parquet as pq
 import pytest
 
 import pinchoff as po
-from pinchoff import collisions
-from pinchoff.sweeps import SweepDesign, dataset, execution
-from pinchoff.sweeps.dataset import MANIFEST
+from pinchoff.collisions import schema as collisions
+from pinchoff.studies.sweep import SweepDesign, dataset, execution
+from pinchoff.studies.sweep.dataset import MANIFEST
 
 SHORT = {"vertex_count": 16, "start_distance": 1.0, "time_limit": 0.02}
 QUICK = {"follow_daughters": False, "start_distance": 1.5}

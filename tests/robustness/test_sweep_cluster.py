@@ -11,7 +11,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import main
-from pinchoff.sweeps import cluster
+from pinchoff.studies.sweep import cluster
 
 distributed = pytest.importorskip("distributed")
 

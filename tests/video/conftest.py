@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pinchoff import _core
-from pinchoff.microscope import Microscope, Passage, Scene, frames
-from pinchoff.outlines import Outlines
+from pinchoff.model.outlines import Outlines
+from pinchoff.video.microscope import Microscope, Passage, Scene, frames
 from pinchoff.video.reading import Frame
 
 

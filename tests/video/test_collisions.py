@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.encounters import Laboratory, encounter_table, gap_to_circle
-from pinchoff.microscope import Scene, film, lane_scene, passage_of
 from pinchoff.video.clips import measure_clip
 from pinchoff.video.collisions import CollisionFinder, contact_velocity
+from pinchoff.video.encounters import Laboratory, encounter_table, gap_to_circle
+from pinchoff.video.microscope import Scene, film, lane_scene, passage_of
 from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event
@@ -188,7 +188,7 @@ def test_obstacle_partly_in_view(disc, moving, measured, microscope):
 
 def test_break_up_of_the_engine(measured, microscope):
     """A simulated break-up: its frame, its daughters and its neck, against the truth."""
-    from pinchoff.microscope import Microscope, scene_encounters
+    from pinchoff.video.microscope import Microscope, scene_encounters
 
     look = Microscope(pixel_size_um=5.0, noise=3.0)
     runs = [

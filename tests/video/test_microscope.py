@@ -9,8 +9,8 @@ import pytest
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.encounters import Laboratory
-from pinchoff.microscope import (
+from pinchoff.video.encounters import Laboratory
+from pinchoff.video.microscope import (
     Microscope,
     Scene,
     film,
@@ -19,7 +19,7 @@ from pinchoff.microscope import (
     passage_of,
     scene_encounters,
 )
-from pinchoff.microscope.drawing import coverage
+from pinchoff.video.microscope.drawing import coverage
 
 LABORATORY = Laboratory(
     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20

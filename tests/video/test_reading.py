@@ -9,9 +9,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pinchoff.clip_file import ClipWriter
 from pinchoff.video.background import SAMPLE_SIZE, sample
 from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.writing import ClipWriter
 
 
 def picture(number: int, size=(64, 48)) -> np.ndarray:

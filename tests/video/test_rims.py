@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pinchoff.microscope.drawing import coverage
 from pinchoff.video.clips import clip_segmenter, measure_clip
 from pinchoff.video.levels import calibrate
+from pinchoff.video.microscope.drawing import coverage
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import VideoSettings
 

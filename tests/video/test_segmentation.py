@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from pinchoff import _core
-from pinchoff.microscope import Scene
 from pinchoff.video.contours import trace
 from pinchoff.video.levels import calibrate
+from pinchoff.video.microscope import Scene
 from pinchoff.video.segmentation import Segmenter
 from pinchoff.video.settings import VideoSettings
 

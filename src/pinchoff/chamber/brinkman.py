@@ -25,7 +25,7 @@ from scipy.sparse import linalg
 from pinchoff.chamber.mesh import Floats, Integers, TriangleMesh
 
 if TYPE_CHECKING:
-    from pinchoff.progress import Show
+    from pinchoff.support.progress import Show
 
 _CHEBYSHEV_STEPS = 6
 _CHEBYSHEV_SPAN = 40.0  # of the eigenvalues that the Chebyshev steps damp evenly

@@ -24,9 +24,9 @@ from pinchoff.chamber.parameters import (
     Operation,
     Supports,
 )
-from pinchoff.errors import InputError
-from pinchoff.files import read_toml
-from pinchoff.validation import Checked, Number, explained, number
+from pinchoff.support.checked import Checked, Number, explained, number
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import read_toml
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -15,14 +15,14 @@ from shapely import LineString, Point
 
 from pinchoff.chamber.brinkman import Field, Source, solve
 from pinchoff.chamber.mesh import Floats, build_mesh, wall_size
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.design import Chamber
     from pinchoff.chamber.layout import Pillar, Port
-    from pinchoff.progress import Show
+    from pinchoff.support.progress import Show
 
 PAPER_OIL_RATES_UL_MIN = (20.0, 40.0, 60.0)
 """Flow rates of the paper's experiments [section 2], µL/min."""

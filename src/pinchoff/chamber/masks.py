@@ -15,7 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.shapes import GRID_UM, polygons
-from pinchoff.files import written_aside
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber

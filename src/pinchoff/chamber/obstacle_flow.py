@@ -12,11 +12,11 @@ import numpy as np
 import shapely
 from shapely import LineString, Point
 
-from pinchoff import flow as flows
-from pinchoff.boundaries import Boundary, boundary
-from pinchoff.errors import InputError
-from pinchoff.parameters import Parameters, PhysicalScale
-from pinchoff.simulation import Collision, Flow, simulate
+from pinchoff.model import flow as flows
+from pinchoff.model.parameters import Parameters, PhysicalScale
+from pinchoff.model.simulation import Collision, Flow, simulate
+from pinchoff.studies.boundary import Boundary, boundary
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.flow_check import FlowCheck

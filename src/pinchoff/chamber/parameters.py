@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pinchoff.validation import Checked, Number, WholeNumber, explained, number
+from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 
 __all__ = [
     "DesignRules",

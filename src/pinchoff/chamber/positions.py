@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pinchoff.errors import InputError
-from pinchoff.validation import finite_or_nan
+from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.masks import LAYERS
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber

@@ -10,7 +10,7 @@ from shapely import MultiPolygon, Point, STRtree
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.shapes import polygons
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.shapes import polygons
-from pinchoff.files import written_aside
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber

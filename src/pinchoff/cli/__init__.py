@@ -25,7 +25,7 @@ from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
 from pinchoff.cli.video import video
 from pinchoff.cli.virtual import virtual
-from pinchoff.errors import PinchoffError
+from pinchoff.support.errors import PinchoffError
 
 # typer shows its parser's errors to the public only as the base class of this one.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]

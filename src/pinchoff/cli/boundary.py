@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, configuration, value_of
-from pinchoff.cli.report import json_text
-from pinchoff.errors import InputError
-from pinchoff.files import written_aside
+from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, configuration, value_of
+from pinchoff.cli.output import json_text
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pinchoff.boundaries.fit import LineFit
-    from pinchoff.boundaries.search import Boundary
+    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.search import Boundary
 
 TABLE = "boundary.parquet"
 TABLE_TEXT = "boundary.csv"
@@ -159,7 +159,7 @@ def _number(flag: str, text: str) -> float:
 
 def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) -> Boundary:
     """Find the boundary; say on stderr what guards stopped."""
-    from pinchoff.boundaries.search import boundary as find
+    from pinchoff.studies.boundary.search import boundary as find
 
     try:
         with warnings.catch_warnings():
@@ -227,9 +227,9 @@ def _appendix_c(line: Boundary) -> dict[str, Any] | None:
 
 def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:
     """Write tables, fit and figures, and return the files."""
-    from pinchoff.boundaries.search import write_table
     from pinchoff.figures.appendix_c import appendix_c
     from pinchoff.figures.separating_line import area_collapse, separating_line, write_figure
+    from pinchoff.studies.boundary.search import write_table
 
     write_table(line.table, out / TABLE)
     write_table(line.table, out / TABLE_TEXT)
@@ -271,7 +271,7 @@ def _printed_table(line: Boundary) -> Table:
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
-    from pinchoff.law import PAPER_SIMULATION_LINE
+    from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 
     names = [str(name) for name in line.table if name in line.varied]
     shown = Table(box=SIMPLE_HEAD)

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.parameters import OUTPUT, OutFolder, configuration
-from pinchoff.cli.report import json_text, jsonable
-from pinchoff.errors import InputError
-from pinchoff.files import written_aside
+from pinchoff.cli.options import OUTPUT, OutFolder, configuration
+from pinchoff.cli.output import json_text, jsonable
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pinchoff.calibrations.fitting import Calibration
-    from pinchoff.calibrations.targets import Target
+    from pinchoff.studies.calibration.fitting import Calibration
+    from pinchoff.studies.calibration.targets import Target
 
 RESULT = "calibration.json"
 LINE = "line.png"
@@ -118,7 +118,7 @@ def calibrate(
 
 def _target(text: str) -> Target:
     """Read numbers between commas as a line, and leave anything else to the library."""
-    from pinchoff.calibrations.targets import LineTarget, as_target
+    from pinchoff.studies.calibration.targets import LineTarget, as_target
 
     try:
         numbers = [float(part) for part in text.split(",")]
@@ -162,7 +162,7 @@ def _pair(text: str, ends: str) -> tuple[float, float]:
 def _calibrated(
     target: Target, constants: Mapping[str, Any], base: Any, options: Mapping[str, Any]
 ) -> Calibration:
-    from pinchoff.calibrations.fitting import calibrate as fit
+    from pinchoff.studies.calibration.fitting import calibrate as fit
 
     try:
         return fit(target, constants, base, **options)
@@ -186,9 +186,9 @@ def _report(found: Calibration, seconds: float) -> dict[str, Any]:
 
 
 def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:
-    from pinchoff.calibrations.fitting import LOG
     from pinchoff.figures.calibration import calibrated_line, objective_landscape
     from pinchoff.figures.separating_line import write_figure
+    from pinchoff.studies.calibration.fitting import LOG
 
     paths = [out / RESULT, out / SENSITIVITY, out / LINE]
     with written_aside(paths[0]) as unfinished:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, value_of
-from pinchoff.cli.report import json_text, jsonable
-from pinchoff.errors import InputError
-from pinchoff.files import read_toml, written_aside
-from pinchoff.progress import progress_bar
+from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, value_of
+from pinchoff.cli.output import json_text, jsonable
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from pinchoff.chamber import Chamber, Violation
@@ -156,7 +156,7 @@ def _design(
         Something is wrong; names the option or the key.
     """
     from pinchoff.chamber import Chamber
-    from pinchoff.physical import physical_magnitude
+    from pinchoff.support.quantities import physical_magnitude
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
     given: set[str] = set()

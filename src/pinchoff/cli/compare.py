@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.parameters import OutFolder
+from pinchoff.cli.options import OutFolder
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
@@ -39,7 +39,7 @@ def compare(
     """
     folder = results_folder(out)
     from pinchoff.figures.comparison import write_comparison
-    from pinchoff.files import written_aside
+    from pinchoff.support.files import written_aside
     from pinchoff.video.comparison import compare_collision
 
     found = compare_collision(clip, collision)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pinchoff.cli.video import LABORATORY, flag_of
-from pinchoff.errors import InputError, SimulationError
+from pinchoff.support.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
-    from pinchoff.encounters import Laboratory
-    from pinchoff.microscope import Microscope, Passage
+    from pinchoff.video.encounters import Laboratory
+    from pinchoff.video.microscope import Microscope, Passage
 
 _PHYSICAL = {
     "obstacle_radius": "85 um",
@@ -58,9 +58,9 @@ def film(
     """
     import math
 
-    from pinchoff.microscope import film as write_film
-    from pinchoff.microscope import lane_scene
-    from pinchoff.progress import progress_bar
+    from pinchoff.support.progress import progress_bar
+    from pinchoff.video.microscope import film as write_film
+    from pinchoff.video.microscope import lane_scene
 
     if most < 1:
         raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
@@ -90,8 +90,8 @@ def film(
 
 
 def _laboratory(texts: dict[str, str]) -> Laboratory:
-    from pinchoff.encounters import Laboratory
-    from pinchoff.physical import positive_magnitude_of
+    from pinchoff.support.quantities import positive_magnitude_of
+    from pinchoff.video.encounters import Laboratory
 
     values = {}
     for name, text in texts.items():
@@ -101,8 +101,8 @@ def _laboratory(texts: dict[str, str]) -> Laboratory:
 
 
 def _microscope(look: Path | None, seed: int) -> Microscope:
-    from pinchoff.files import read_toml
-    from pinchoff.microscope import Microscope
+    from pinchoff.support.files import read_toml
+    from pinchoff.video.microscope import Microscope
 
     table = {} if look is None else read_toml(look)
     return Microscope(**{"seed": seed, **table})
@@ -111,9 +111,9 @@ def _microscope(look: Path | None, seed: int) -> Microscope:
 def _passages(
     sweep: Path, most: int, microscope: Microscope, laboratory: Laboratory
 ) -> list[Passage]:
-    from pinchoff.microscope import passage_of
-    from pinchoff.sweeps import SweepDesign
-    from pinchoff.sweeps.dataset import read_manifest
+    from pinchoff.studies.sweep import SweepDesign
+    from pinchoff.studies.sweep.dataset import read_manifest
+    from pinchoff.video.microscope import passage_of
 
     manifest = read_manifest(sweep)
     if manifest is None:

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite
-from pinchoff.cli.report import json_text, jsonable, printed_warnings
+from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite
+from pinchoff.cli.output import json_text, jsonable, printed_warnings
 from pinchoff.cli.table import ColumnMap, Constants, Units, imported
-from pinchoff.errors import InputError
-from pinchoff.files import written_aside
-from pinchoff.progress import progress_bar
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from pinchoff.collisions_import import ImportedCollisions
+    from pinchoff.collisions.importing import ImportedCollisions
     from pinchoff.fits.study import LawStudy
 
 LAW = "law.json"
@@ -160,8 +160,8 @@ def _law_text(study: LawStudy) -> str:
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.figures.pages.law import law_page
     from pinchoff.figures.separating_line import write_figure
-    from pinchoff.report.law import law_page
 
     with written_aside(folder / LAW) as unfinished:
         unfinished.write_text(_law_text(study), encoding="utf-8")
@@ -182,7 +182,7 @@ def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
     from pinchoff.figures.daughters import daughter_areas
     from pinchoff.figures.neck_histograms import neck_histograms
     from pinchoff.figures.separated_outcomes import separated_outcomes
-    from pinchoff.necks import median_history
+    from pinchoff.studies.necks import median_history
 
     table, fit = study.collisions.table, study.fit
     separated, probability, daughters, necks, height = FIGURES
@@ -203,8 +203,8 @@ def _print(study: LawStudy) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from pinchoff.figures.pages.law import interval, signed_number
     from pinchoff.fits.form import SYMBOLS
-    from pinchoff.report.law import interval, signed_number
 
     title = f"{study.fit.confidence:.0%} intervals"
     shown = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from pinchoff.errors import InputError
-from pinchoff.files import written_aside
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 _PROBE = ".writable"
 

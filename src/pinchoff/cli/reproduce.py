@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.parameters import OutFolder
-from pinchoff.cli.report import printed_warnings
+from pinchoff.cli.options import OutFolder
+from pinchoff.cli.output import printed_warnings
 from pinchoff.cli.table import ColumnMap, Constants, Units, imported
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from pinchoff.reproduction import Reproduction
+    from pinchoff.paper import Reproduction
 
 PAGE = "report.html"
 
@@ -62,8 +62,8 @@ def reproduce(
     pinchoff reproduce --only 4,7,numbers --experiment mine.csv
     --map symmetry=S_meas --unit area=mm^2 --out mine
     """
-    from pinchoff.report.reproduction import reproduction_page
-    from pinchoff.reproduction import reproduce as remake
+    from pinchoff.paper import reproduce as remake
+    from pinchoff.paper.page import reproduction_page
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
@@ -106,7 +106,7 @@ def _shown() -> Iterator[Callable[[str, int, int], object] | None]:
 
 
 def _announce(made: Reproduction, page: Path) -> None:
-    from pinchoff.report.reproduction import verdicts
+    from pinchoff.paper.page import verdicts
 
     if made.numbers:
         print(verdicts(made))

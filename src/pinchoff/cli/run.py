@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.parameters import OUTPUT, OutFolder, Overwrite, changed, configuration
-from pinchoff.cli.report import json_text, print_table, printed_warnings, report_of
-from pinchoff.errors import InputError, SimulationError
-from pinchoff.files import written_aside
+from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, changed, configuration
+from pinchoff.cli.output import json_text, print_table, printed_warnings, report_of
+from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
-    from pinchoff.outcomes import Collision
-    from pinchoff.outlines import Outlines
-    from pinchoff.parameters import Parameters
+    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.outlines import Outlines
+    from pinchoff.model.parameters import Parameters
 
 RESULTS = "collision.json"
 OUTLINES = "outlines.gsd"
@@ -189,8 +189,8 @@ def _description(out: Path, parameters: Parameters) -> str:
 
 
 def _simulated(parameters: Parameters, path: Path, interval: float) -> Collision:
-    from pinchoff.gsd_file import OutlineWriter
-    from pinchoff.simulation import simulate
+    from pinchoff.model.gsd import OutlineWriter
+    from pinchoff.model.simulation import simulate
 
     obstacles = [[0.0, 0.0, parameters.obstacle_radius]]
     try:

@@ -10,7 +10,7 @@ import typer
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pinchoff.sweeps.summary import Summary
+    from pinchoff.studies.sweep.summary import Summary
 
 _PICTURE = "_summary.png"
 
@@ -36,7 +36,7 @@ def summary(
     pinchoff summary phase-diagram --picture phase-diagram.pdf
     """
     from pinchoff.figures.sweep import write_phase_diagram
-    from pinchoff.sweeps.summary import summarize
+    from pinchoff.studies.sweep.summary import summarize
 
     found = summarize(dataset)
     _print(found)

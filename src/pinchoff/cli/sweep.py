@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from pinchoff.cli.folders import results_folder
-from pinchoff.cli.report import printed_warnings
-from pinchoff.errors import InputError
+from pinchoff.cli.output import printed_warnings
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from distributed import Client
 
-    from pinchoff.sweeps import SweepResult
+    from pinchoff.studies.sweep import SweepResult
 
 _FLAGS = {"out": "--out", "threads": "--threads", "scheduler": "--scheduler"}
 
@@ -57,8 +57,8 @@ def sweep(
 
     pinchoff summary phase-diagram
     """
-    from pinchoff.sweeps import SweepDesign
-    from pinchoff.sweeps import sweep as run_sweep
+    from pinchoff.studies.sweep import SweepDesign
+    from pinchoff.studies.sweep import sweep as run_sweep
 
     with _named_as_options(), printed_warnings():
         folder = results_folder(out)
@@ -88,7 +88,7 @@ def _named_as_options() -> Iterator[None]:
 def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
     if scheduler is None:
         return nullcontext()
-    from pinchoff.sweeps.cluster import connected
+    from pinchoff.studies.sweep.cluster import connected
 
     return connected(scheduler)
 

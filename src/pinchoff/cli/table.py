@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.collisions_import import ImportedCollisions
+    from pinchoff.collisions.importing import ImportedCollisions
 
 _TABLE = "Table"
 
@@ -43,7 +43,7 @@ def imported(
     InputError
         An option is wrong, or the table.
     """
-    from pinchoff.collisions_import import import_collisions
+    from pinchoff.collisions.importing import import_collisions
 
     given = {
         "--map": _read_pairs("--map", columns),

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.parameters import OutFolder, value_of
-from pinchoff.errors import InputError
+from pinchoff.cli.options import OutFolder, value_of
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.video.batch import VideoResult
@@ -128,7 +128,7 @@ def video(
     settings = video_settings(config, lengths, laboratory, fps, assigned)
     folder = results_folder(out)
     prepare_folder(folder)
-    from pinchoff.report.video import write_report
+    from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import measure_videos
 
     try:
@@ -161,8 +161,8 @@ def video_settings(
     InputError
         A value is wrong, or the pixel's size is not given at all.
     """
-    from pinchoff.files import read_toml
-    from pinchoff.physical import positive_magnitude_of
+    from pinchoff.support.files import read_toml
+    from pinchoff.support.quantities import positive_magnitude_of
     from pinchoff.video.settings import VideoSettings
 
     table: dict[str, Any] = {} if config is None else read_toml(config)

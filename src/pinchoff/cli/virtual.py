@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from pinchoff.cli.parameters import OUTPUT
-from pinchoff.errors import InputError
+from pinchoff.cli.options import OUTPUT
+from pinchoff.support.errors import InputError
 
 _FLAGS = {"n": "--rows", "seed": "--seed", "symmetry_noise": "--symmetry-noise"}
 
@@ -45,8 +45,8 @@ def virtual(
 
     pinchoff fit virtual.parquet --free area --free thickness --out law
     """
-    from pinchoff.collisions_file import require_table_name, write_collisions
-    from pinchoff.synthetic import TRUE_SYMMETRY, virtual_experiment
+    from pinchoff.collisions.parquet import require_table_name, write_collisions
+    from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment
 
     require_table_name("--out", out)
     if out.exists() and not overwrite:

@@ -9,15 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pinchoff.errors import InputError
+from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 from pinchoff.figures import style
 from pinchoff.figures.separating_line import COLORS, MARKERS, logarithmic_axes, signed
-from pinchoff.law import PAPER_SIMULATION_LINE
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pinchoff.boundaries.search import Boundary
+    from pinchoff.studies.boundary.search import Boundary
 
 
 class Spread(NamedTuple):

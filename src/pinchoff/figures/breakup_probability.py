@@ -9,9 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
+from pinchoff.collisions.law import transition_factor
 from pinchoff.figures import style
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
-from pinchoff.law import transition_factor
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,14 +10,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from pinchoff.calibrations.targets import CollisionsTarget
 from pinchoff.figures import style
 from pinchoff.figures.separating_line import logarithmic_axes
+from pinchoff.studies.calibration.targets import CollisionsTarget
 
 if TYPE_CHECKING:
-    from pinchoff.calibrations.fitting import Calibration
-    from pinchoff.calibrations.sensitivity import Landscape
-    from pinchoff.gsd_file import Floats
+    from pinchoff.model.gsd import Floats
+    from pinchoff.studies.calibration.fitting import Calibration
+    from pinchoff.studies.calibration.sensitivity import Landscape
 
 _LABELS = {
     "edge_stiffness": r"edge stiffness $\tilde{k}_l$",

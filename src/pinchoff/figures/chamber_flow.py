@@ -16,15 +16,15 @@ from pinchoff.figures import style
 from pinchoff.figures.chamber import shape_patch
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
 from pinchoff.figures.separating_line import logarithmic_axes
-from pinchoff.flow import Flow, stokes
+from pinchoff.model.flow import Flow, stokes
 
 if TYPE_CHECKING:
     from matplotlib.collections import QuadMesh
 
-    from pinchoff.boundaries import Boundary
     from pinchoff.chamber.flow_check import FlowCheck
     from pinchoff.chamber.obstacle_flow import FlowComparison
-    from pinchoff.simulation import Collision
+    from pinchoff.model.simulation import Collision
+    from pinchoff.studies.boundary import Boundary
 
 CHAMBER = "#d55e00"
 STOKES = "#0072b2"

@@ -11,15 +11,15 @@ from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 from scipy.optimize import brentq
 
-from pinchoff.figures import style
-from pinchoff.figures.separating_line import signed
-from pinchoff.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
-from pinchoff.segments import (
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
+from pinchoff.collisions.segments import (
     SMALL_SEGMENT_EXPONENT,
     local_exponent,
     segment_area,
     symmetry_of_height,
 )
+from pinchoff.figures import style
+from pinchoff.figures.separating_line import signed
 
 _OBSTACLE = 0.45  # radius, of the smaller droplet's diameter
 _SEGMENT = "#f0c419"

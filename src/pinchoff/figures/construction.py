@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
-from pinchoff.errors import InputError
 from pinchoff.figures import style
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.gsd_file import Floats
-    from pinchoff.outcomes import Collision
-    from pinchoff.outlines import Outlines
+    from pinchoff.model.gsd import Floats
+    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.outlines import Outlines
 
 _LARGE, _SMALL = "#7aa6d6", "#f0c419"
 _ARC = "#009e73"

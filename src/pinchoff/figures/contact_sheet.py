@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.files import written_aside
+from pinchoff.support.files import written_aside
 
 Pixels = NDArray[np.uint8]
 

@@ -8,9 +8,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pinchoff.collisions import synthetic
-from pinchoff.errors import InputError
+from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

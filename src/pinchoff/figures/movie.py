@@ -12,15 +12,15 @@ import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from pinchoff.errors import InputError
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
-from pinchoff.files import written_aside
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from pinchoff.outlines import Outlines
+    from pinchoff.model.outlines import Outlines
 
 _PIXELS = (960, 540)  # both even, as yuv420p needs
 _DOTS_PER_INCH = 160

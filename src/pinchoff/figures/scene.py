@@ -15,7 +15,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
 
 from pinchoff.figures import style
-from pinchoff.outlines import Outline, Outlines
+from pinchoff.model.outlines import Outline, Outlines
 
 _SCALE_BAR_SHARE = 0.2  # of the window's width, about
 

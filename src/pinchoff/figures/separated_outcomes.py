@@ -10,9 +10,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator
 
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, Line
 from pinchoff.figures import style
 from pinchoff.figures.separating_line import BROKE, UNBROKEN, logarithmic_axes, signed
-from pinchoff.law import PAPER_EXPERIMENT_LINE, Line
 
 if TYPE_CHECKING:
     import pandas as pd

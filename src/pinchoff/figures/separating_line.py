@@ -13,18 +13,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from pinchoff.collisions import synthetic
-from pinchoff.errors import InputError
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
+from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
-from pinchoff.files import written_aside
-from pinchoff.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pinchoff.boundaries.fit import LineFit
-    from pinchoff.boundaries.search import Boundary
-    from pinchoff.gsd_file import Floats
+    from pinchoff.model.gsd import Floats
+    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.search import Boundary
 
 BROKE = "#009e73"
 UNBROKEN = "#7b5ea7"

@@ -9,13 +9,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pinchoff.errors import InputError
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.outcomes import Collision
-    from pinchoff.outlines import Outlines
+    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.outlines import Outlines
 
 TRAVEL_UM = 400.0
 """Way of the fluid between the two images of a pair, as in the paper, µm."""

@@ -13,7 +13,6 @@ import numpy.typing as npt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from pinchoff.errors import InputError
 from pinchoff.figures import style
 from pinchoff.figures.scene import (
     Scale,
@@ -22,13 +21,14 @@ from pinchoff.figures.scene import (
     draw_droplets,
     draw_scale_bar,
 )
-from pinchoff.files import written_aside
-from pinchoff.outlines import Outline, Outlines
+from pinchoff.model.outlines import Outline, Outlines
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pinchoff.gsd_file import Floats
+    from pinchoff.model.gsd import Floats
 
 _PANELS_A_ROW = 3
 _APPROACH_GAP = 0.35  # between droplet and obstacle in the first snapshot [D0]

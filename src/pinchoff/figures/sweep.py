@@ -17,7 +17,7 @@ from pinchoff.figures.separating_line import BROKE, PAPER_LINES, UNBROKEN, write
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pinchoff.sweeps.summary import Points
+    from pinchoff.studies.sweep.summary import Points
 
 _LOWEST_SYMMETRY = 0.05  # below, a droplet only grazes the obstacle
 _LARGEST, _SMALLEST = 3.0, 0.5  # markers [points]

@@ -1,5 +1,5 @@
 """The break-up law fitted to collisions: likelihood, intervals, noise, comparisons."""
 
-from pinchoff.fits.fit import LawFit, fit_law
+from pinchoff.fits.law_fit import LawFit, fit_law
 
 __all__ = ["LawFit", "fit_law"]

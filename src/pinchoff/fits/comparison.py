@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pinchoff.collisions_import import ImportedCollisions, checked_collisions
-from pinchoff.errors import InputError
+from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
 from pinchoff.fits.form import EXPONENTS, Form
 from pinchoff.fits.likelihood import Constraint, Equation, LogisticLikelihood, maximum
 from pinchoff.fits.rows import rows_of
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

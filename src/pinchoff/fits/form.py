@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pinchoff.fits.likelihood import Equation, Floats
-from pinchoff.validation import unknown_name
+from pinchoff.support.checked import unknown_name
 
 
 class Exponent(NamedTuple):

@@ -9,8 +9,6 @@ from statistics import NormalDist
 
 import numpy as np
 
-from pinchoff.errors import InputError
-from pinchoff.estimate import Estimate
 from pinchoff.fits.form import Form, unscaled
 from pinchoff.fits.likelihood import (
     Constraint,
@@ -20,7 +18,9 @@ from pinchoff.fits.likelihood import (
     Maximum,
     maximum,
 )
-from pinchoff.progress import Show
+from pinchoff.support.errors import InputError
+from pinchoff.support.interval import Estimate
+from pinchoff.support.progress import Show
 
 DELTA = "delta method"
 PROFILE = "profile likelihood"

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.errors import InputError
 from pinchoff.fits.form import EXPONENTS, Form
 from pinchoff.fits.likelihood import Floats
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from pinchoff.collisions_import import ImportedCollisions, checked_collisions
-from pinchoff.errors import InputError
-from pinchoff.estimate import Estimate
+from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
 from pinchoff.fits.comparison import compare_laws
-from pinchoff.fits.fit import LawFit, fit_law
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE, require_parts
-from pinchoff.progress import Show
+from pinchoff.fits.law_fit import LawFit, fit_law
+from pinchoff.support.errors import InputError
+from pinchoff.support.interval import Estimate
+from pinchoff.support.progress import Show
 
 if TYPE_CHECKING:
     import pandas as pd

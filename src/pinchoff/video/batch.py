@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pyarrow.parquet as pq
 
-from pinchoff.clip_file import require_video_extra
-from pinchoff.collisions_file import read_collisions
-from pinchoff.encounters import encounter_table, write_encounters
-from pinchoff.errors import InputError
-from pinchoff.files import written_aside
-from pinchoff.progress import progress_bar
-from pinchoff.simulation import thread_count
+from pinchoff.collisions.parquet import read_collisions
+from pinchoff.model.simulation import thread_count
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder
+from pinchoff.video.encounters import encounter_table, write_encounters
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.writing import require_video_extra
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -63,7 +63,7 @@ class VideoResult:
     clips : list of ClipOutcome
         In the order in which they were given.
     collisions : DataFrame
-        Of all clips; the columns of `pinchoff.encounters.encounter_table`.
+        Of all clips; the columns of `pinchoff.video.encounters.encounter_table`.
     """
 
     path: Path

@@ -15,9 +15,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
-from pinchoff.errors import InputError
-from pinchoff.files import read_toml, written_aside
-from pinchoff.gsd_file import OutlineWriter
+from pinchoff.model.gsd import OutlineWriter
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import read_toml, written_aside
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
 from pinchoff.video.reading import DEFAULT_FPS

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.encounters import Encounter
 from pinchoff.video.background import sample
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
+from pinchoff.video.encounters import Encounter
 from pinchoff.video.levels import Calibrated, calibrate
 from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
 from pinchoff.video.reading import Clip, Frame

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
-from pinchoff.encounters import RELEASE, Encounter, gap_to_circle, thinnest_neck
+from pinchoff.video.encounters import RELEASE, Encounter, gap_to_circle, thinnest_neck
 from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event

@@ -15,15 +15,15 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from pinchoff import _core
-from pinchoff.collisions_file import read_collisions
-from pinchoff.encounters import gap_to_circle
-from pinchoff.errors import InputError
-from pinchoff.microscope.passages import Passage
-from pinchoff.outlines import Outlines
-from pinchoff.parameters import SAMPLE_INTERVAL, Parameters
-from pinchoff.physical import CA_PER_CA_SIM
-from pinchoff.simulation import Collision, simulate
+from pinchoff.collisions.parquet import read_collisions
+from pinchoff.model.outlines import Outlines
+from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.simulation import Collision, simulate
+from pinchoff.support.errors import InputError
+from pinchoff.support.quantities import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
+from pinchoff.video.encounters import gap_to_circle
+from pinchoff.video.microscope.passages import Passage
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 from pinchoff.video.background import Background, masked_background, median_background
 from pinchoff.video.profiles import REACHES, across, apparent_width, fit_ring, mean_profile
 from pinchoff.video.reading import Frame

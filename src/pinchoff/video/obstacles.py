@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
 from pinchoff.video.background import Background
 from pinchoff.video.settings import Lattice
 

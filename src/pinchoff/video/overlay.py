@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.clip_file import ClipWriter
-from pinchoff.encounters import Encounter
 from pinchoff.figures import style
 from pinchoff.video.clips import Measured
+from pinchoff.video.encounters import Encounter
 from pinchoff.video.reading import Frame
+from pinchoff.video.writing import ClipWriter
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.uint8]

@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.clip_file import require_video_extra
-from pinchoff.errors import InputError
+from pinchoff.support.errors import InputError
+from pinchoff.video.writing import require_video_extra
 
 Pixels = NDArray[np.uint8]
 

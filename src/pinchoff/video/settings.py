@@ -6,9 +6,9 @@ from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
-from pinchoff.encounters import CONTACT_DISTANCE_UM, Laboratory
-from pinchoff.errors import InputError
-from pinchoff.validation import Checked, Number, WholeNumber, explained, number
+from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
+from pinchoff.support.errors import InputError
+from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""

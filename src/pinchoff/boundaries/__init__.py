@@ -1,5 +1,0 @@
-"""The line between droplets that break and droplets that do not, bracketed and fitted."""
-
-from pinchoff.boundaries.search import Boundary, boundary
-
-__all__ = ["Boundary", "boundary"]

@@ -1,0 +1,1 @@
+"""The collisions table and the law: schema, files, tables that others wrote."""

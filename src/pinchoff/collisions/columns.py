@@ -1,0 +1,175 @@
+"""What can stand in a table of collisions, and where: quantities, their columns and units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from pinchoff.support.checked import unknown_name
+from pinchoff.support.errors import InputError
+from pinchoff.support.quantities import unit_factor
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+
+class Quantity(NamedTuple):
+    """A number that can be imported.
+
+    Attributes
+    ----------
+    column : str
+        Its column in our table, or the name under which it is used up.
+    unit : str
+        Of that column; empty: a pure number.
+    low, high : float
+        What is possible.
+    positive : bool
+        Whether `low` itself is impossible.
+    """
+
+    column: str
+    unit: str = ""
+    low: float = 0.0
+    high: float = math.inf
+    positive: bool = True
+
+    def possible(self, values: Floats) -> NDArray[np.bool_]:
+        """Return which values are, shape (n,)."""
+        above = values > self.low if self.positive else values >= self.low
+        return np.asarray(above & (values <= self.high) & np.isfinite(values))
+
+    def rule(self) -> str:
+        """Say what a value must be; completes "must be"."""
+        if math.isinf(self.low):
+            return "a finite number"
+        if math.isfinite(self.high):
+            least = f"above {self.low:g} and at most" if self.positive else f"from {self.low:g} to"
+            return f"{least} {self.high:g}"
+        return "positive and finite" if self.positive else f"finite and {self.low:g} or more"
+
+
+QUANTITIES = {
+    "symmetry": Quantity("symmetry", high=2.0, positive=False),
+    "capillary_number": Quantity("capillary_number"),
+    "normalized_area": Quantity("normalized_area"),
+    "normalized_thickness": Quantity("normalized_thickness"),
+    "area": Quantity("area_um2", "um^2"),
+    "diameter": Quantity("diameter_um", "um"),
+    "speed": Quantity("speed_mm_s", "mm/s"),
+    "obstacle_radius": Quantity("obstacle_radius_um", "um"),
+    "thickness": Quantity("thickness_um", "um"),
+    "viscosity": Quantity("viscosity_mPa_s", "mPa*s"),
+    "surface_tension": Quantity("surface_tension_mN_m", "mN/m"),
+    "daughter_area_ratio": Quantity("daughter_area_ratio", high=1.0),
+    "first_daughter_area": Quantity("first_daughter_area_um2", "um^2"),
+    "second_daughter_area": Quantity("second_daughter_area_um2", "um^2"),
+    "neck": Quantity("neck_um", "um", positive=False),
+    "neck_thickness": Quantity("neck_thickness", positive=False),
+    "impact_parameter": Quantity("impact_parameter", positive=False),
+    "contact_time": Quantity("contact_time_s", "s", low=-math.inf),
+    "obstacle_x": Quantity("obstacle_x_um", "um", low=-math.inf),
+    "obstacle_y": Quantity("obstacle_y_um", "um", low=-math.inf),
+}
+"""Numbers by the names under which they can be imported."""
+
+WORDS = ("broke", "accepted", "reject_reason", "source", "collision_id")
+"""What can be imported beside numbers."""
+
+
+# How a column's name may end to tell its unit.
+_SUFFIXES = {
+    "um": "um",
+    "mm": "mm",
+    "m": "m",
+    "um2": "um^2",
+    "mm2": "mm^2",
+    "um_s": "um/s",
+    "mm_s": "mm/s",
+    "m_s": "m/s",
+    "mPa_s": "mPa*s",
+    "Pa_s": "Pa*s",
+    "mN_m": "mN/m",
+    "N_m": "N/m",
+    "ms": "ms",
+    "s": "s",
+}
+
+
+class Place(NamedTuple):
+    """Where a quantity stands in the source, and what its numbers are multiplied by."""
+
+    column: str
+    factor: float = 1.0
+
+
+def find_columns(
+    frame: pd.DataFrame, columns: Mapping[str, str], units: Mapping[str, str]
+) -> dict[str, Place]:
+    """Find the column of every quantity and word that a table has.
+
+    Parameters
+    ----------
+    frame : DataFrame
+    columns, units : mapping of str to str
+        As of `pinchoff.import_collisions`.
+
+    Raises
+    ------
+    InputError
+        A name, column or unit is wrong or missing, or there is no outcome or no symmetry.
+    """
+    known = (*QUANTITIES, *WORDS)
+    for given in (*columns, *units):
+        if given not in known:
+            raise unknown_name(given, "a quantity that can be imported", given, known)
+    places = {}
+    for name in known:
+        column = columns.get(name)
+        if column is not None and column not in frame.columns:
+            raise unknown_name(name, "a column of the table", column, map(str, frame.columns))
+        place = _place(frame, name, column, units.get(name))
+        if place is not None:
+            places[name] = place
+        elif name in units:
+            advice = "say which column it is, or drop the unit"
+            raise InputError.of(name, "a column of the table", "none of that name", advice)
+    for name, rule in (
+        ("broke", "a column that says whether the droplet broke"),
+        ("symmetry", "a column with the symmetry at first contact"),
+    ):
+        if name not in places:
+            got = f"the columns {', '.join(map(str, frame.columns))}"
+            raise InputError.of(name, rule, got, f"say which one: {name}=COLUMN")
+    return places
+
+
+def _place(frame: pd.DataFrame, name: str, column: str | None, unit: str | None) -> Place | None:
+    """Find the column of a quantity and what brings its numbers to our unit."""
+    ours = QUANTITIES[name] if name in QUANTITIES else Quantity(name)
+    if column is None and ours.column in frame.columns:  # as in our own tables
+        if unit is not None:
+            got, advice = f"{unit} for the column {ours.column!r}", "the column's name tells it"
+            raise InputError.of(f"unit of {name}", "left out", got, advice)
+        return Place(ours.column)
+    if not ours.unit:
+        return None if column is None else Place(column)
+    if column is None:
+        endings = [
+            f"{name}_{ending}" for ending in _SUFFIXES if f"{name}_{ending}" in frame.columns
+        ]
+        column = endings[0] if endings else name if name in frame.columns else None
+    if column is None:
+        return None
+    ending = next((e for e in sorted(_SUFFIXES, key=len)[::-1] if column.endswith(f"_{e}")), None)
+    told = unit or (_SUFFIXES[ending] if ending else None)
+    if told is None:
+        advice = f"say {name}={ours.unit.replace('*', ' ')}, or whatever it is"
+        raise InputError.of(f"unit of {name}", "given", f"a column {column!r}", advice)
+    return Place(column, unit_factor(f"unit of {name}", told, ours.unit))

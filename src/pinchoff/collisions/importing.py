@@ -1,0 +1,338 @@
+"""Anybody's table of collisions: columns and units brought to ours, every value checked.
+
+Rows with an impossible value, without an outcome or without what the break-up law needs are set
+aside, each with its reason; nothing is dropped in silence.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from pinchoff.collisions.columns import QUANTITIES, Place, find_columns
+from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.reading import read_table
+from pinchoff.collisions.schema import general_reason, measured_table, synthetic
+from pinchoff.support.checked import unknown_name
+from pinchoff.support.errors import InputError
+from pinchoff.support.quantities import capillary_number, magnitude_of
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+_BK = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
+_REQUIRED = ("capillary_number", "normalized_area", "normalized_thickness", "symmetry")
+
+_BROKE = ("true", "yes", "y", "t", "1", "1.0", "broke", "breaks", "broken", "break", "breakup")
+_UNBROKEN = ("false", "no", "n", "f", "0", "0.0", "slipped", "captured", "intact", "unbroken")
+_UNKNOWN = ("", "nan", "none", "na", "n/a", "failed", "<na>")
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedCollisions:
+    """A checked table of collisions.
+
+    Attributes
+    ----------
+    table : DataFrame
+        With `pinchoff.collisions.schema.SHARED_COLUMNS`: rows whose outcome, symmetry, Ca, Ã and
+        z̃ are known and possible. S is folded: S above 1 is 2 - S.
+    set_aside : DataFrame
+        The other rows, one line each: ``row`` in the source, counted from 1; ``column``; ``value``;
+        ``reason``. Of several reasons the first.
+    count : int
+        Rows of the source.
+    duplicates : int
+        Rows of the table that repeat another one in every digit. They count like others.
+    """
+
+    table: pd.DataFrame
+    set_aside: pd.DataFrame
+    count: int
+    duplicates: int
+
+    @property
+    def synthetic(self) -> bool:
+        """Whether rows were drawn rather than simulated or measured."""
+        return synthetic(self.table)
+
+    def reasons(self) -> dict[str, int]:
+        """Return how many rows were set aside, by the reason."""
+        counts = self.set_aside["reason"].value_counts()
+        return {str(reason): int(number) for reason, number in counts.items()}
+
+    def messages(self) -> list[str]:
+        """Say what was set aside and what was noticed, a line each."""
+        said = []
+        if len(self.set_aside):
+            several = "; ".join(f"{reason} ({n})" for reason, n in self.reasons().items())
+            said.append(f"{len(self.set_aside)} of {self.count} rows are set aside: {several}")
+        if self.duplicates:
+            number = self.duplicates
+            said.append(f"{number} rows repeat others in every digit, and count all the same")
+        return said
+
+    def warn(self, stacklevel: int = 2) -> None:
+        """Warn of what `messages` says."""
+        for message in self.messages():
+            warnings.warn(message, UserWarning, stacklevel=stacklevel + 1)
+
+
+def import_collisions(
+    source: pd.DataFrame | str | os.PathLike[str],
+    *,
+    columns: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+    constants: Mapping[str, str] | None = None,
+) -> ImportedCollisions:
+    """Bring a table of collisions into our form, and check every value.
+
+    A column is found by the name of its quantity (in
+    `pinchoff.collisions.columns`), with its unit at the end
+    where it has one: ``area_mm2``, ``speed_um_s``; or by what `columns` says. Ca, Ã and z̃ are
+    computed from the physical columns where they are not given, Ã from the diameter too.
+
+    Parameters
+    ----------
+    source : DataFrame or path
+        As of `pinchoff.collisions.reading.read_table`.
+    columns : mapping of str to str, optional
+        Column of the source by quantity, such as ``{"symmetry": "S_meas"}``.
+    units : mapping of str to str, optional
+        Unit by quantity, such as ``{"area": "mm^2"}``, for columns whose names do not tell it.
+    constants : mapping of str to str, optional
+        What is the same in all rows and has no column, such as ``{"viscosity": "48 mPa s"}``; a
+        pure number without a unit.
+
+    Raises
+    ------
+    InputError
+        The source cannot be read; a name or unit is wrong; there is no outcome, no symmetry, or
+        nothing that gives Ca, Ã or z̃.
+    """
+    frame, name = _frame(source)
+    places = find_columns(frame, columns or {}, units or {})
+    values = _values(frame, places, constants or {})
+    checks = _Checks(frame, places)
+    broke = checks.outcomes()
+    checks.accepted()
+    for quantity, each in values.items():
+        checks.possible(quantity, each)
+    _derive(values)
+    for quantity in _REQUIRED:
+        checks.known(quantity, values[quantity])
+    table = _table(frame, places, values, broke, name, checks.fine)
+    repeated = table.duplicated([*_REQUIRED, "broke", "source", "area_um2", "contact_time_s"])
+    return ImportedCollisions(table, checks.set_aside(), len(frame), int(repeated.sum()))
+
+
+def checked_collisions(
+    table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str], stacklevel: int = 3
+) -> ImportedCollisions:
+    """Return collisions as they were imported, or import them and warn of what is set aside."""
+    if isinstance(table, ImportedCollisions):
+        return table
+    imported = import_collisions(table)
+    imported.warn(stacklevel=stacklevel)
+    return imported
+
+
+def _frame(source: pd.DataFrame | str | os.PathLike[str]) -> tuple[pd.DataFrame, str]:
+    if isinstance(source, (str, os.PathLike)):
+        return read_table(source), Path(source).name
+    import pandas as pd
+
+    if not isinstance(source, pd.DataFrame):
+        advice = "give a DataFrame or the name of a file"
+        raise InputError.of("table", "a table of collisions", source, advice)
+    if source.empty:
+        raise InputError.of("table", "a table with rows", "none", "give collisions")
+    return source, "table"
+
+
+def _values(
+    frame: pd.DataFrame, places: Mapping[str, Place], constants: Mapping[str, str]
+) -> dict[str, Floats]:
+    values = {
+        name: _numbers(frame, name, place) for name, place in places.items() if name in QUANTITIES
+    }
+    for name, text in constants.items():
+        if name not in QUANTITIES:
+            raise unknown_name(name, "a quantity that can be imported", name, QUANTITIES)
+        if name in places and np.isfinite(values[name]).any():
+            got = f"{text} beside the column {places[name].column!r}"
+            raise InputError.of(name, "given once", got, "drop one of them")
+        values[name] = np.full(len(frame), _constant(name, text))
+    return values
+
+
+def _numbers(frame: pd.DataFrame, name: str, place: Place) -> Floats:
+    import pandas as pd
+
+    column = frame[place.column]
+    if not pd.api.types.is_numeric_dtype(column):
+        # What is no number counts as not measured, but a column without any is the wrong one.
+        numbers = pd.to_numeric(column, errors="coerce")
+        if numbers.isna().all() and not column.isna().all():
+            got = f"{column.dropna().iloc[0]!r} in the column {place.column!r}"
+            raise InputError.of(name, "numbers", got, "choose another column")
+        column = numbers
+    return column.to_numpy(dtype=np.float64, na_value=math.nan) * place.factor
+
+
+def _constant(name: str, text: str) -> float:
+    quantity = QUANTITIES[name]
+    if quantity.unit:
+        value = magnitude_of(name, text, quantity.unit)
+    else:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+    if not quantity.possible(np.array([value])).all():
+        raise InputError.of(name, quantity.rule(), text, "correct it")
+    return value
+
+
+class _Checks:
+    """Which rows are fine so far, and of the others what is wrong."""
+
+    def __init__(self, frame: pd.DataFrame, places: Mapping[str, Place]) -> None:
+        self._frame, self._places = frame, places
+        self.fine = np.ones(len(frame), dtype=bool)
+        self._found: list[tuple[NDArray[np.intp], str, Sequence[object], str]] = []
+
+    def outcomes(self) -> Floats:
+        """Return 1 where a droplet broke, 0 where it did not."""
+        column = self._places["broke"].column
+        broke, strange = _outcomes(self._frame[column])
+        words = "broke is neither true or false, yes or no, nor 1 or 0"
+        self._set_aside(strange, column, self._shown(column), words)
+        self._set_aside(np.isnan(broke), column, self._shown(column), "outcome not known")
+        return broke
+
+    def accepted(self) -> None:
+        """Set aside what was rejected when it was measured."""
+        if "accepted" not in self._places:
+            return
+        column = self._places["accepted"].column
+        accepted, _ = _outcomes(self._frame[column])
+        reasons: Any = self._shown(column)
+        if "reject_reason" in self._places:
+            reasons = self._shown(self._places["reject_reason"].column)
+        for reason in dict.fromkeys(general_reason(str(each)) for each in reasons[accepted == 0]):
+            same = [general_reason(str(each)) == reason for each in reasons]
+            where = (accepted == 0) & np.array(same)
+            self._set_aside(where, column, reasons, f"rejected: {reason}".rstrip(": "))
+
+    def possible(self, name: str, values: Floats) -> None:
+        """Set aside impossible values; one that is missing is possible."""
+        quantity = QUANTITIES[name]
+        column = self._places[name].column if name in self._places else name
+        impossible = ~np.isnan(values) & ~quantity.possible(values)
+        self._set_aside(impossible, column, values, f"{name} is not {quantity.rule()}")
+
+    def known(self, name: str, values: Floats) -> None:
+        """Set aside rows without a number that is needed."""
+        self._set_aside(np.isnan(values), name, values, f"{name} not measured")
+
+    def set_aside(self) -> pd.DataFrame:
+        """Return the rows that are not fine, in their order."""
+        import pandas as pd
+
+        lines = [
+            (int(row) + 1, column, values[row], reason)
+            for rows, column, values, reason in self._found
+            for row in rows
+        ]
+        frame = pd.DataFrame(lines, columns=["row", "column", "value", "reason"])
+        return frame.sort_values("row", ignore_index=True)
+
+    def _shown(self, column: str) -> NDArray[Any]:
+        return self._frame[column].to_numpy(dtype=object, na_value="")
+
+    def _set_aside(self, which: NDArray[np.bool_], column: str, values: Any, reason: str) -> None:
+        fresh = np.flatnonzero(self.fine & which)
+        if len(fresh):
+            self.fine[fresh] = False
+            self._found.append((fresh, column, values, reason))
+
+
+def _outcomes(column: pd.Series) -> tuple[Floats, NDArray[np.bool_]]:
+    """Read true and false; return 1, 0 or NaN for unknown, and where it is none of these."""
+    import pandas as pd
+
+    if pd.api.types.is_bool_dtype(column):
+        return column.to_numpy(dtype=np.float64, na_value=math.nan), np.zeros(len(column), bool)
+    if pd.api.types.is_numeric_dtype(column):
+        numbers = column.to_numpy(dtype=np.float64, na_value=math.nan)
+        sound = np.isin(numbers, (0.0, 1.0))
+        return np.where(sound, numbers, math.nan), ~sound & ~np.isnan(numbers)
+    words = column.astype(object).where(column.notna(), "").astype(str).str.strip().str.lower()
+    broke = np.where(words.isin(_BROKE), 1.0, np.where(words.isin(_UNBROKEN), 0.0, math.nan))
+    return broke, np.isnan(broke) & ~words.isin(_UNKNOWN).to_numpy()
+
+
+def _derive(values: dict[str, Floats]) -> None:
+    """Fold S, and fill in what follows from other columns where it is not given.
+
+    Raises
+    ------
+    InputError
+        There is nothing that gives Ca, Ã or z̃.
+    """
+    if "diameter" in values:
+        _fill(values, "area", math.pi / 4.0 * values["diameter"] ** 2)
+    if "first_daughter_area" in values and "second_daughter_area" in values:
+        both = np.stack([values["first_daughter_area"], values["second_daughter_area"]])
+        _fill(values, "daughter_area_ratio", both.min(axis=0) / both.max(axis=0))
+    for name, needed, formula in (
+        ("capillary_number", ("viscosity", "speed", "surface_tension"), capillary_number),
+        ("normalized_area", ("area", "obstacle_radius"), lambda area, radius: area / radius**2),
+        ("normalized_thickness", ("thickness", "obstacle_radius"), np.divide),
+    ):
+        if all(each in values for each in needed):
+            _fill(values, name, formula(*(values[each] for each in needed)))
+        elif name not in values:
+            missing = [each for each in needed if each not in values]
+            rule = f"a column, or follow from {', '.join(needed)}"
+            advice = "say which columns they are, or give what is the same in all rows"
+            raise InputError.of(name, rule, f"no {' and no '.join(missing)}", advice)
+    symmetry = values["symmetry"]
+    values["symmetry"] = np.where(symmetry > 1.0, 2.0 - symmetry, symmetry)
+
+
+def _fill(values: dict[str, Floats], name: str, derived: Floats) -> None:
+    given = values.get(name)
+    values[name] = derived if given is None else np.where(np.isnan(given), derived, given)
+
+
+def _table(
+    frame: pd.DataFrame,
+    places: Mapping[str, Place],
+    values: Mapping[str, Floats],
+    broke: Floats,
+    name: str,
+    fine: NDArray[np.bool_],
+) -> pd.DataFrame:
+    """Return the rows that are fine, in our form."""
+    columns: dict[str, NDArray[Any]] = {
+        QUANTITIES[quantity].column: each[fine] for quantity, each in values.items()
+    }
+    columns["broke"] = broke[fine] > 0
+    columns["source"] = np.full(int(fine.sum()), name, dtype=object)
+    if "source" in places:
+        columns["source"] = frame[places["source"].column].to_numpy(dtype=object)[fine]
+    columns["collision_id"] = np.flatnonzero(fine)
+    columns["breakup_number"] = breakup_number(*(columns[each] for each in _BK))
+    return measured_table(columns)

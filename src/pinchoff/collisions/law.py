@@ -1,0 +1,156 @@
+"""The break-up law: a power law in the symmetry separates collisions that break from the rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pinchoff.support.checked import unknown_name
+from pinchoff.support.errors import InputError
+
+
+class Line(NamedTuple):
+    """Separating line S_c = alpha (Ca Ã z̃)^beta [paper, eq. finalform].
+
+    Attributes
+    ----------
+    alpha, beta : float
+        Prefactor and exponent, both dimensionless.
+    """
+
+    alpha: float
+    beta: float
+
+
+class HasLine(Protocol):
+    """What has a separating line, such as a fitted law."""
+
+    @property
+    def line(self) -> Line:
+        """The line."""
+
+
+LineLike: TypeAlias = Line | HasLine | str
+
+PAPER_EXPERIMENT_LINE = Line(alpha=0.083, beta=-0.74)
+"""The paper's fit to its experiments."""
+
+PAPER_SIMULATION_LINE = Line(alpha=0.089, beta=-0.72)
+"""The paper's fit to its simulations."""
+
+PAPER_ROUNDED_LINE = Line(alpha=28.0**-0.75, beta=-0.75)
+"""The line of the paper's rounded Bk = 28 Ca Ã z̃ S^(4/3) [paper, eq. Bkequation].
+
+As printed, the exponent of S is -4/3. That contradicts the definition (eq. bkeqn, with β < 0) and
+the abstract: head-on collisions would be the least likely to break.
+"""
+
+PAPER_WIDTH = 0.098
+"""w of the paper's fit to its experiments."""
+
+LINES = {
+    "paper-simulation": PAPER_SIMULATION_LINE,
+    "paper-experiment": PAPER_EXPERIMENT_LINE,
+    "paper-rounded": PAPER_ROUNDED_LINE,
+}
+"""Separating lines by name."""
+
+
+def breakup_number(
+    capillary_number: ArrayLike,
+    normalized_area: ArrayLike,
+    symmetry: ArrayLike,
+    normalized_thickness: ArrayLike = 1.0,
+    *,
+    line: LineLike = PAPER_SIMULATION_LINE,
+) -> NDArray[np.float64]:
+    r"""Distance of a collision from the separating line; 1 on the line, larger where it breaks.
+
+    .. math:: \mathrm{Bk} = \mathrm{Ca}\,\tilde A\,\tilde z \,(S/\alpha)^{-1/\beta}
+
+    which is the paper's definition [paper, eq. bkeqn] with the exponents of its separating line.
+
+    Parameters
+    ----------
+    capillary_number : array_like, shape (...)
+        Ca = μv/γ, dimensionless.
+    normalized_area : array_like, shape (...)
+        Ã = A/R², dimensionless.
+    symmetry : array_like, shape (...)
+        S at first contact, 0 to 1. Not measured is NaN, and so is the result.
+    normalized_thickness : array_like, shape (...), optional
+        z̃ = z/R, dimensionless; 1 in the two-dimensional model.
+    line : Line, fitted law or str, optional
+        The separating line: one of `LINES` by name, a `Line`, or what `pinchoff.fit_law` returned.
+        ``"paper-rounded"`` is Bk = 28 Ca Ã z̃ S^(4/3). By default that of the paper's simulations.
+
+    Returns
+    -------
+    ndarray, shape (...)
+        Bk, dimensionless; 0 where S = 0.
+
+    Raises
+    ------
+    InputError
+        There is no line of that name.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> float(po.breakup_number(2.4e-3, 25.0, 0.8, line="paper-rounded").round(3))
+    1.248
+    """
+    known = as_line(line)
+    forcing = (
+        np.asarray(capillary_number, dtype=np.float64)
+        * np.asarray(normalized_area, dtype=np.float64)
+        * np.asarray(normalized_thickness, dtype=np.float64)
+    )
+    relative_symmetry = np.asarray(symmetry, dtype=np.float64) / known.alpha
+    return np.asarray(forcing * relative_symmetry ** (-1.0 / known.beta), dtype=np.float64)
+
+
+def as_line(line: LineLike) -> Line:
+    """Return the separating line that is named, or that something has.
+
+    Raises
+    ------
+    InputError
+        It is none of these.
+    """
+    if isinstance(line, str):
+        if line not in LINES:
+            raise unknown_name("line", "the name of a separating line", line, LINES)
+        return LINES[line]
+    found = line if isinstance(line, Line) else getattr(line, "line", None)
+    if not isinstance(found, Line):
+        raise InputError.of(
+            "line", "a separating line", line, "use pinchoff.collisions.law.Line(0.083, -0.74)"
+        )
+    return found
+
+
+def breakup_probability(breakup_number: ArrayLike, width: float) -> NDArray[np.float64]:
+    """Return P = x/(1 + x) with x = Bk^(1/w) [paper, eq. likelihood2].
+
+    Parameters
+    ----------
+    breakup_number : array_like, shape (...)
+        Bk, dimensionless.
+    width : float
+        w, dimensionless and positive.
+    """
+    with np.errstate(divide="ignore"):
+        log_x = np.log(np.asarray(breakup_number, dtype=np.float64)) / width
+    return np.asarray(0.5 * (1.0 + np.tanh(0.5 * log_x)), dtype=np.float64)
+
+
+def transition_factor(width: float, low: float = 0.05, high: float = 0.95) -> float:
+    """Return the factor in Bk over which the probability of break-up grows from low to high.
+
+    It is (high/(1 - high) (1 - low)/low)^w; 1.78 for the paper's w = 0.098, from 5 % to 95 %.
+    """
+    odds = high / (1.0 - high) * (1.0 - low) / low
+    return float(odds**width)

@@ -1,0 +1,207 @@
+"""Collisions tables as Parquet: the schema with its units, and reading back."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.dataset as pads
+import pyarrow.parquet as pq
+
+from pinchoff.collisions.schema import COLUMNS, SHARED_COLUMNS, Column, pandas_type
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+_ARROW_TYPES = {
+    "str": pa.string(),
+    "bool": pa.bool_(),
+    "boolean": pa.bool_(),
+    "float64": pa.float64(),
+    "int64": pa.int64(),
+    "category": pa.dictionary(pa.int8(), pa.string()),
+}
+
+
+def arrow_schema(columns: Sequence[Column]) -> pa.Schema:
+    """Return the schema of a table with such columns.
+
+    Every field carries its ``unit`` and ``meaning`` as metadata; pandas finds the units in
+    ``attrs["units"]``.
+    """
+    units = {column.name: column.unit for column in columns}
+    return pa.schema(
+        [
+            pa.field(
+                column.name,
+                _ARROW_TYPES[column.dtype],
+                metadata={"unit": column.unit, "meaning": column.meaning},
+            )
+            for column in columns
+        ],
+        metadata={"PANDAS_ATTRS": json.dumps({"units": units}, ensure_ascii=False)},
+    )
+
+
+def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column]) -> bytes:
+    """Return a table as a Parquet file.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray, shape (rows,)
+        Every column of the schema.
+    schema : sequence of Column
+    """
+    table = pa.table(
+        [_array(columns[column.name], column) for column in schema], schema=arrow_schema(schema)
+    )
+    sink = pa.BufferOutputStream()
+    pq.write_table(table, sink)
+    return bytes(sink.getvalue())
+
+
+def write_collisions(
+    frame: pd.DataFrame, path: str | os.PathLike[str], more: Sequence[Column] = ()
+) -> None:
+    """Write a table of collisions, complete or not at all.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        With `SHARED_COLUMNS`, and any others of `COLUMNS`.
+    path : path
+        Its suffix chooses the format: ``.parquet``, with units and meanings; or ``.csv``.
+    more : sequence of Column, optional
+        What further columns of the frame are.
+
+    Raises
+    ------
+    InputError
+        The suffix is another one, or the file cannot be written.
+    """
+    target = Path(path)
+    require_table_name(str(path), target)
+    schema = [column for column in (*COLUMNS, *more) if column.name in frame]
+    try:
+        with written_aside(target) as unfinished:
+            if target.suffix == ".csv":
+                frame[[column.name for column in schema]].to_csv(unfinished, index=False)
+            else:
+                columns = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
+                unfinished.write_bytes(parquet_bytes(columns, schema))
+    except OSError as error:
+        rule, advice = "a file that can be written", "choose an existing folder"
+        raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
+
+
+def require_table_name(argument: str, path: Path) -> None:
+    """Refuse a name for a table that does not say its format.
+
+    Raises
+    ------
+    InputError
+        It ends neither in ``.parquet`` nor in ``.csv``.
+    """
+    if path.suffix not in (".parquet", ".csv"):
+        rule = "a name ending in .parquet or .csv"
+        raise InputError.of(argument, rule, path.name, "rename it")
+
+
+def _array(values: NDArray[Any], column: Column) -> pa.Array:
+    kind = _ARROW_TYPES[column.dtype]
+    if column.categories:
+        codes = {name: code for code, name in enumerate(column.categories)}
+        indices = pa.array([codes[value] for value in values], pa.int8())
+        return pa.DictionaryArray.from_arrays(indices, pa.array(column.categories))
+    if column.dtype == "boolean":  # NaN where it is not known
+        missing = np.array([value != value for value in values], dtype=bool)
+        return pa.array(np.where(missing, False, values).astype(bool), kind, mask=missing)
+    # Not measured stays NaN: a missing value of Parquet would be a second way to say it.
+    return pa.array(values, kind, from_pandas=False)
+
+
+def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
+    """Open a Parquet file or a folder of them without reading the rows.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is not a collisions table.
+    """
+    place = Path(path)
+    advice = "give the folder of a sweep, or a Parquet file of collisions"
+    try:
+        dataset = pads.dataset(place, format="parquet")
+    except (OSError, pa.ArrowException) as error:
+        reason = "nothing there" if isinstance(error, FileNotFoundError) else "something else"
+        raise InputError.of(str(place), "a collisions table", reason, advice) from None
+    if not dataset.files:
+        raise InputError.of(str(place), "a collisions table", "a folder without parts", advice)
+    missing = [column.name for column in SHARED_COLUMNS if column.name not in dataset.schema.names]
+    if missing:
+        got = f"a table without the columns {', '.join(missing)}"
+        raise InputError.of(str(place), "a collisions table", got, advice)
+    return dataset
+
+
+def collision_batches(
+    dataset: pads.Dataset, columns: Sequence[str] | None = None
+) -> Iterator[pa.RecordBatch]:
+    """Read an opened table little by little, in the order of its files.
+
+    Parameters
+    ----------
+    dataset : pyarrow.dataset.Dataset
+        What `open_collisions` returned.
+    columns : sequence of str, optional
+        The columns to read; all by default.
+    """
+    wanted = None if columns is None else list(columns)
+    for path in dataset.files:  # one after the other: an opened dataset keeps all their footers
+        with pq.ParquetFile(path) as part:
+            yield from part.iter_batches(columns=wanted)
+
+
+def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:
+    """Read a collisions table.
+
+    Parameters
+    ----------
+    path : str or path-like
+        A Parquet file, or a folder of them as a sweep writes, finished or not.
+
+    Returns
+    -------
+    DataFrame
+        As `simulate_many` returns it, or with `SHARED_COLUMNS` at least, where it does not come
+        from simulations. The units are in ``attrs["units"]``.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is not a collisions table.
+    """
+    dataset = open_collisions(path)
+    frame: pd.DataFrame = dataset.to_table().to_pandas()
+    for column in COLUMNS:
+        if column.name in frame:
+            frame[column.name] = frame[column.name].astype(pandas_type(column))
+    frame.attrs["units"] = units_of(dataset.schema)
+    return frame
+
+
+def units_of(schema: pa.Schema) -> dict[str, str]:
+    """Return the unit of every column that says one, by name."""
+    return {
+        field.name: field.metadata[b"unit"].decode()
+        for field in schema
+        if field.metadata and b"unit" in field.metadata
+    }

@@ -1,0 +1,188 @@
+"""One HTML file with text, tables and pictures inside: it opens anywhere, without a network."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from html import escape
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    Picture = Axes | bytes | str | os.PathLike[str]
+
+_NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
+_MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
+_SHORT = 26  # letters of a cell that is not broken into lines
+_SCREEN_DOTS_PER_INCH = 96
+
+
+class Page:
+    """A report as one HTML file, light or dark as the reader's system is, fit for print.
+
+    Everything that is written into it is escaped. A picture is enlarged by a click.
+
+    Parameters
+    ----------
+    title : str
+    summary : str, optional
+        A sentence below the title.
+    notice : str, optional
+        What nobody may overlook, such as that the data are synthetic.
+    """
+
+    def __init__(self, title: str, summary: str = "", notice: str = "") -> None:
+        self._title, self._summary, self._notice = title, summary, notice
+        self._headings: list[str] = []
+        self._body: list[str] = []
+
+    def section(self, heading: str) -> None:
+        """Begin a section; the page's head links to it."""
+        self._headings.append(heading)
+        self._body.append(f'<h2 id="section-{len(self._headings)}">{escape(heading)}</h2>')
+
+    def paragraph(self, text: str) -> None:
+        """Add a paragraph of plain text."""
+        self._body.append(f"<p>{escape(text)}</p>")
+
+    def table(
+        self, columns: Sequence[str], rows: Iterable[Sequence[object]], caption: str = ""
+    ) -> None:
+        """Add a table; a column whose cells are all numbers is aligned as such.
+
+        Parameters
+        ----------
+        columns : sequence of n str
+            Headings, with units.
+        rows : iterable of sequence of n
+            Cells, as they are to be read.
+        caption : str, optional
+        """
+        cells = [[str(cell) for cell in row] for row in rows]
+        kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
+        said = f"<caption>{escape(caption)}</caption>" if caption else ""
+        head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
+        body = "".join(
+            "<tr>"
+            + "".join(f"<td{k}>{escape(c)}</td>" for c, k in zip(row, kinds, strict=True))
+            + "</tr>\n"
+            for row in cells
+        )
+        self._body.append(
+            f'<div class="table"><table>{said}<thead><tr>{head}</tr></thead>\n'
+            f"<tbody>{body}</tbody></table></div>"
+        )
+
+    def facts(self, facts: Mapping[str, object]) -> None:
+        """Add a table of names and values."""
+        self.table(("", ""), facts.items())
+
+    def figure(self, picture: Picture, caption: str) -> None:
+        """Add a picture with a caption.
+
+        Parameters
+        ----------
+        picture : Axes, bytes or path
+            Axes, whose figure is drawn; a PNG, JPEG or SVG picture, or the file that holds it.
+        caption : str
+            Also what a reader without the picture gets to know of it.
+
+        Raises
+        ------
+        InputError
+            It is none of these.
+        """
+        self._body.append(_figure(picture, caption))
+
+    def gallery(self, pictures: Iterable[tuple[Picture, str]]) -> None:
+        """Add small pictures side by side, each with a caption; as in `figure`."""
+        figures = "\n".join(_figure(picture, caption) for picture, caption in pictures)
+        self._body.append(f'<div class="gallery">\n{figures}\n</div>')
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Write the page, complete or not at all."""
+        with written_aside(Path(path)) as unfinished:
+            unfinished.write_text(self.html(), encoding="utf-8")
+
+    def html(self) -> str:
+        """Return the page."""
+        from pinchoff import __version__
+
+        links = "\n".join(
+            f'<a href="#section-{k}">{escape(heading)}</a>'
+            for k, heading in enumerate(self._headings, start=1)
+        )
+        head = [
+            f"<h1>{escape(self._title)}</h1>",
+            f'<p class="summary">{escape(self._summary)}</p>' if self._summary else "",
+            f'<p class="notice">{escape(self._notice)}</p>' if self._notice else "",
+            f"<nav>{links}</nav>" if len(self._headings) > 1 else "",
+        ]
+        body = "\n".join([*filter(None, head), *self._body])
+        return (
+            '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+            '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+            '<link rel="icon" href="data:,">\n'
+            f"<title>{escape(self._title)}</title>\n<style>\n{_resource('page.css')}</style>\n"
+            f"</head>\n<body>\n{body}\n"
+            f"<footer>pinchoff {escape(__version__)}</footer>\n"
+            f'<dialog aria-label="Enlarged picture"><img alt=""></dialog>\n'
+            f"<script>\n{_resource('page.js')}</script>\n</body>\n</html>\n"
+        )
+
+
+def _kind(cells: Sequence[str]) -> str:
+    """Return the class of a column: of numbers, of short words that stay on a line, or neither."""
+    if cells and all(_NUMBER.match(cell) for cell in cells):
+        return ' class="number"'
+    return ' class="short"' if max(map(len, cells), default=0) <= _SHORT else ""
+
+
+def _resource(name: str) -> str:
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def _figure(picture: Picture, caption: str) -> str:
+    data = _bytes(picture)
+    media = next((kind for mark, kind in _MEDIA.items() if data.startswith(mark)), None)
+    if media is None:
+        raise InputError.of(
+            "picture", "Axes or a PNG, JPEG or SVG picture", "other data", "draw it"
+        )
+    source = f"data:{media};base64,{base64.b64encode(data).decode()}"
+    return (
+        f'<figure><a class="picture" href="#"><img src="{source}" alt="{escape(caption)}"'
+        f"{_size_on_screen(data)}></a><figcaption>{escape(caption)}</figcaption></figure>"
+    )
+
+
+def _bytes(picture: Picture) -> bytes:
+    if isinstance(picture, bytes):
+        return picture
+    if isinstance(picture, (str, os.PathLike)):
+        return Path(picture).read_bytes()
+    from matplotlib.figure import Figure
+
+    assert isinstance(picture.figure, Figure)
+    stream = io.BytesIO()
+    picture.figure.savefig(stream, format="png")
+    return stream.getvalue()
+
+
+def _size_on_screen(data: bytes) -> str:
+    """Return a width that shows a PNG 1.4 times as large as print, if it states its resolution."""
+    place = data.find(b"pHYs", 0, 4096)
+    if not data.startswith(b"\x89PNG") or place < 0 or data[place + 12] != 1:
+        return ""
+    pixels = int.from_bytes(data[16:20], "big")
+    dots_per_inch = int.from_bytes(data[place + 4 : place + 8], "big") * 0.0254
+    return f' width="{round(1.4 * pixels / dots_per_inch * _SCREEN_DOTS_PER_INCH)}"'

@@ -1,0 +1,186 @@
+"""The page of a fitted law: numbers, comparison with other laws, figures, what was set aside."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from pinchoff.collisions.law import transition_factor
+from pinchoff.figures.page import Page
+from pinchoff.fits.form import MEANINGS, SYMBOLS
+from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
+
+if TYPE_CHECKING:
+    from pinchoff.figures.page import Picture
+    from pinchoff.fits.study import LawStudy
+    from pinchoff.support.interval import Estimate
+
+PAPER = {
+    "alpha": "0.083 ± 0.006",
+    "beta": "−0.74 ± 0.03",
+    "w": "0.098 ± 0.006",
+    "epsilon_1": "1",
+    "epsilon_2": "−3",
+    "epsilon_3": "1",
+    "epsilon_mu": "1",
+    "epsilon_gamma": "1",
+    "epsilon_v": "1",
+}
+"""What the paper finds in its experiments."""
+
+MOST_SET_ASIDE = 200
+"""Rows that the page lists one by one."""
+
+
+def signed_number(value: float, digits: int = 4) -> str:
+    """Write a number with so many significant digits and a true minus sign; ∞ where it is."""
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if 10**digits <= abs(value) < 1e9:
+        return f"{value:,.0f}".replace("-", "\N{MINUS SIGN}")
+    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+
+
+def interval(estimate: Estimate) -> str:
+    """Write an interval."""
+    return f"{signed_number(estimate.low)} to {signed_number(estimate.high)}"
+
+
+def law_rows(study: LawStudy) -> Iterator[tuple[str, ...]]:
+    """Return a row for each number: symbol, meaning, value, intervals, spread, the paper's.
+
+    The columns are those of `law_columns`.
+    """
+    for name, estimate in study.estimates.items():
+        several = [
+            interval(study.intervals[method][name]) if method in study.intervals else "—"
+            for method in (PROFILE, DELTA, BOOTSTRAP)
+        ]
+        spread = f"± {signed_number(study.spread[name], 2)}" if name in study.spread else "—"
+        value = signed_number(estimate.value)
+        yield SYMBOLS[name], MEANINGS[name], value, *several, spread, PAPER[name]
+
+
+def law_columns(study: LawStudy) -> tuple[str, ...]:
+    """Return the headings of `law_rows`."""
+    said = f"{study.fit.confidence:.0%}"
+    return (
+        "",
+        "",
+        "value",
+        f"{said}, profile likelihood",
+        f"{said}, delta method",
+        f"{said}, bootstrap",
+        "spread of the bootstrap's parts",
+        "paper",
+    )
+
+
+def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -> Page:
+    """Return the page.
+
+    Parameters
+    ----------
+    study : LawStudy
+    source : str
+        What the table is called.
+    figures : list of (picture, caption)
+    """
+    fit = study.fit
+    notice = (
+        "These collisions are synthetic: they were drawn, not measured." if fit.synthetic else ""
+    )
+    summary = (
+        f"{source}: {fit.count:,} collisions, {fit.broke_count:,} of which broke. "
+        "P(break) = x/(1 + x), x = Bk^(1/w), Bk = (Ca Ã z̃)(S/α)^(−1/β); Bk = 1 on the separating "
+        "line S = α (Ca Ã z̃)^β."
+    )
+    page = Page("The break-up law", summary, notice)
+    page.section("Numbers")
+    page.table(law_columns(study), law_rows(study))
+    for text in _remarks(study):
+        page.paragraph(text)
+    page.section("Figures")
+    for picture, caption in figures:
+        page.figure(picture, caption)
+    page.section("What the data need")
+    _compare(page, study)
+    page.section("Rows that were set aside")
+    _list_set_aside(page, study)
+    return page
+
+
+def _remarks(study: LawStudy) -> Iterator[str]:
+    fit, w = study.fit, study.estimates["w"]
+    if fit.step:
+        factor = transition_factor(w.high)
+        yield (
+            f"w = 0: {fit.step}. The likelihood then has no maximum, and neither the delta method "
+            "nor the bootstrap applies. α and β are those of the line in the middle of the widest "
+            f"gap; the interval of w is an upper bound, with which the probability would grow from "
+            f"5 to 95 % within a factor {factor:.3g} in Bk."
+        )
+    else:
+        yield (
+            "The probability of break-up grows from 5 to 95 % within a factor "
+            f"{transition_factor(w.value):.2f} in Bk; the paper says about 2, and its w gives 1.78."
+        )
+        yield (
+            f"Bootstrap: {study.samples} parts, each {study.fraction:.0%} of the collisions, drawn "
+            f"without replacement (seed {study.seed})."
+        )
+    if fit.symmetry_noise:
+        yield f"The fit accounts for a standard error of {fit.symmetry_noise:g} in S."
+    if fit.free:
+        yield (
+            "Exponents: Bk ∝ μ^ε_μ v^ε_v γ^(−ε_γ) A^ε1 R^ε2 z^ε3 with 2ε1 + ε2 + ε3 = 0; those "
+            "not listed are 1 (and ε2 = −3). μ, v and γ are relative to 48 mPa s, 1 mm/s, 20 mN/m."
+        )
+
+
+def _compare(page: Page, study: LawStudy) -> None:
+    if study.comparison is None:
+        page.paragraph(f"No comparison: {study.missing['comparison']}")
+        return
+    page.table(
+        ("law", "claim", "parameters", "ln L", "ΔAIC", "likelihood ratio", "degrees", "p"),
+        [
+            (
+                row["law"],
+                row["claim"],
+                row["parameters"],
+                signed_number(row["log_likelihood"], 6),
+                signed_number(row["delta_aic"], 3),
+                signed_number(row["likelihood_ratio"], 3),
+                row["freedom"] or "",
+                _p_value(row["p_value"]),
+            )
+            for row in study.comparison.to_dict("records")
+        ],
+    )
+    page.paragraph(
+        "Each law is the full one with some numbers fixed. A small p speaks against the claim; the "
+        "smallest AIC, ΔAIC = 0, is the law that predicts best for its number of parameters."
+    )
+
+
+def _p_value(value: float) -> str:
+    if math.isnan(value):
+        return ""
+    return f"{value:.2g}" if value > 1e-300 else "<1e-300"
+
+
+def _list_set_aside(page: Page, study: LawStudy) -> None:
+    rows, left_out = study.collisions.set_aside, study.fit.left_out
+    for message in study.collisions.messages():
+        page.paragraph(f"{message}.")
+    for reason, count in left_out.items():
+        page.paragraph(f"{count:,} rows of the table are not used in the fit: {reason}.")
+    if rows.empty:
+        if not left_out:
+            page.paragraph("None.")
+        return
+    shown = rows.head(MOST_SET_ASIDE)
+    more = f"the first {MOST_SET_ASIDE} of {len(rows):,}" if len(rows) > len(shown) else ""
+    page.table(("row", "column", "value", "reason"), shown.itertuples(index=False), more)

@@ -1,0 +1,399 @@
+"""The break-up law fitted to collisions by maximum likelihood."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
+from pinchoff.collisions.law import Line, breakup_number, breakup_probability
+from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, Form, free_names
+from pinchoff.fits.intervals import (
+    PROFILE,
+    Bootstrap,
+    bootstrap,
+    delta_intervals,
+    profile_intervals,
+    scaled_errors,
+    upper_bound_of_width,
+)
+from pinchoff.fits.likelihood import (
+    Constraint,
+    Equation,
+    Floats,
+    Likelihood,
+    LogisticLikelihood,
+    Maximum,
+    maximum,
+)
+from pinchoff.fits.noise import NoisyLikelihood
+from pinchoff.fits.rows import Rows, rows_of
+from pinchoff.fits.separation import Gap, widest_gap
+from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.errors import InputError
+from pinchoff.support.interval import Estimate
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import ArrayLike, NDArray
+
+    from pinchoff.support.progress import Show
+
+FEW_ROWS = 20
+"""Fewer collisions than this come with a warning."""
+
+_FEW_PER_COEFFICIENT = 10  # of the rarer outcome
+_MOST_OF_FIRST_ORDER = 0.5  # standard error of a logarithm
+_NARROWEST = 1e-3  # w at which the search for its upper bound begins
+
+
+class _Found(NamedTuple):
+    """Where the likelihood is greatest, or what stands for it where there is no such place.
+
+    The numbers in ``values`` are on the scale of `Form.scaled`, w among them unless there is a
+    step. ``held`` and ``narrowest`` are as of `profile_intervals`.
+    """
+
+    likelihood: Likelihood
+    best: Maximum
+    values: dict[str, float]
+    step: str = ""
+    gap: float = math.nan
+    held: tuple[Equation, ...] = ()
+    narrowest: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class LawFit:
+    """The break-up law, P(break) = x/(1 + x) with x = Bk^(1/w), fitted to collisions.
+
+    Attributes
+    ----------
+    free : tuple of str
+        Quantities whose exponents were free.
+    confidence : float
+        Of the intervals.
+    count, broke_count : int
+        Collisions that were used, and those of them that broke.
+    left_out : dict of str to int
+        Collisions that were not, by the reason.
+    log_likelihood : float
+        At its greatest; 0 where a line separates the outcomes.
+    symmetry_noise : float
+        Standard error of S that the fit accounts for.
+    step : str
+        Empty, or why w = 0: the data do not tell the transition from a step.
+    gap : float
+        Where a line separates the outcomes, its distance in ln Bk from the nearest collision on
+        either side; else NaN.
+    synthetic : bool
+        Whether there are rows that were drawn rather than simulated or measured.
+    """
+
+    free: tuple[str, ...]
+    confidence: float
+    count: int
+    broke_count: int
+    left_out: dict[str, int]
+    log_likelihood: float
+    symmetry_noise: float
+    step: str
+    gap: float
+    synthetic: bool
+    _form: Form
+    _found: _Found
+
+    @cached_property
+    def estimates(self) -> dict[str, Estimate]:
+        """``alpha``, ``beta``, ``w`` and the free exponents (``epsilon_1``, …).
+
+        The intervals are by the delta method; by the profile likelihood where w = 0, or where a
+        logarithm is so uncertain that its first order says little.
+        """
+        if self.step:
+            return self.profile()
+        errors = scaled_errors(self._form, self._found.best)
+        uncertain = max(errors[name] for name in LOGARITHMIC) > _MOST_OF_FIRST_ORDER
+        return self.profile() if uncertain else self.delta()
+
+    @property
+    def alpha(self) -> Estimate:
+        """α, prefactor of the separating line."""
+        return self.estimates["alpha"]
+
+    @property
+    def beta(self) -> Estimate:
+        """β, its exponent."""
+        return self.estimates["beta"]
+
+    @property
+    def w(self) -> Estimate:
+        """w, the width of the transition in ln Bk."""
+        return self.estimates["w"]
+
+    @property
+    def line(self) -> Line:
+        """The separating line; with free exponents, Ã and z̃ in it carry theirs."""
+        return Line(self.alpha.value, self.beta.value)
+
+    @property
+    def aic(self) -> float:
+        """Akaike's information criterion, 2k - 2 ln L."""
+        return 2.0 * self._form.size - 2.0 * self.log_likelihood
+
+    def breakup_number(self, table: pd.DataFrame) -> NDArray[np.float64]:
+        """Return Bk of collisions, shape (n,), with the exponents that were fitted."""
+        bk = breakup_number(
+            table["capillary_number"],
+            table["normalized_area"],
+            table["symmetry"],
+            table["normalized_thickness"],
+            line=self.line,
+        )
+        for name in self.free:
+            exponent = EXPONENTS[name]
+            relative = table[exponent.column].to_numpy(dtype=np.float64) / exponent.reference
+            power = self.estimates[exponent.key].value - 1.0
+            bk = bk * relative ** (exponent.sign * power)
+        return bk
+
+    def probability(self, breakup_number: ArrayLike) -> NDArray[np.float64]:
+        """Return the probability of break-up at Bk, shape (...); a step where w = 0."""
+        return breakup_probability(breakup_number, max(self.w.value, 1e-12))
+
+    def delta(self) -> dict[str, Estimate]:
+        """Return intervals by the delta method.
+
+        Raises
+        ------
+        InputError
+            The outcomes do not overlap: the likelihood has no curvature.
+        """
+        self._require_maximum("delta")
+        return delta_intervals(self._form, self._found.best, self.confidence)
+
+    def profile(self) -> dict[str, Estimate]:
+        """Return intervals by the profile likelihood; where w = 0, an upper bound of it."""
+        if self.step:
+            steps = dict.fromkeys(self._found.values, max(0.01, self.gap if self.gap > 0 else 0.0))
+        else:
+            steps = scaled_errors(self._form, self._found.best)
+        found = profile_intervals(
+            self._form,
+            self._found.likelihood,
+            self._found.best,
+            self._found.values,
+            steps,
+            self.confidence,
+            self._found.held,
+            self._found.narrowest,
+        )
+        if self.step:
+            found["w"] = self._bound()
+        return {name: found[name] for name in self._form.names}
+
+    def bootstrap(
+        self,
+        *,
+        samples: int = 100,
+        fraction: float = 0.5,
+        seed: int = 0,
+        progress: Show | None = None,
+    ) -> Bootstrap:
+        """Fit random parts of the collisions [paper, section 4.2].
+
+        Parameters
+        ----------
+        samples : int, optional
+            Parts; the paper takes 100.
+        fraction : float, optional
+            Of the collisions in a part; the paper takes half.
+        seed : int, optional
+        progress : callable, optional
+            Called with the number of parts that are done.
+
+        Raises
+        ------
+        InputError
+            An argument is wrong, the outcomes do not overlap, or most parts have no fit.
+        """
+        self._require_maximum("bootstrap")
+        return bootstrap(
+            self._form,
+            self._found.likelihood,
+            self._found.best,
+            self.count,
+            samples=samples,
+            fraction=fraction,
+            seed=seed,
+            confidence=self.confidence,
+            show=progress,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold; an infinite end of an interval is not finite there either."""
+        return {
+            **{name: each._asdict() for name, each in self.estimates.items()},
+            "free": list(self.free),
+            "confidence": self.confidence,
+            "count": self.count,
+            "broke_count": self.broke_count,
+            "left_out": self.left_out,
+            "log_likelihood": self.log_likelihood,
+            "aic": self.aic,
+            "symmetry_noise": self.symmetry_noise,
+            "why_w_is_0": self.step,
+            "synthetic": self.synthetic,
+        }
+
+    def __repr__(self) -> str:
+        numbers = ", ".join(f"{name} = {each}" for name, each in self.estimates.items())
+        return f"<LawFit to {self.count} collisions: {numbers}>"
+
+    def _bound(self) -> Estimate:
+        guess = math.log(max(self._found.narrowest, self.gap / 5.0 if self.gap > 0 else 0.0))
+        high = upper_bound_of_width(
+            self._form, self._found.likelihood, self._found.best, guess, self.confidence
+        )
+        return Estimate(0.0, 0.0, high, f"{PROFILE}, upper bound")
+
+    def _require_maximum(self, method: str) -> None:
+        if self.step:
+            rule = "left out where the data do not tell the transition from a step"
+            raise InputError.of(method, rule, self.step, "use the profile likelihood")
+
+
+def fit_law(
+    table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str],
+    *,
+    free: str | Sequence[str] = (),
+    symmetry_noise: float = 0.0,
+    confidence: float = 0.95,
+) -> LawFit:
+    """Fit the break-up law to collisions by maximum likelihood [paper, section 4.2].
+
+    Parameters
+    ----------
+    table : DataFrame, ImportedCollisions or path
+        Collisions, from simulations, videos or anywhere; checked by
+        `pinchoff.import_collisions` unless that returned them.
+    free : str or sequence of str, optional
+        Quantities whose exponents are fitted instead of 1: "area", "thickness" (the radius's
+        follows from 2ε1 + ε2 + ε3 = 0), "viscosity", "surface_tension", "speed".
+    symmetry_noise : float, optional
+        Standard error of S, such as the paper's 0.088, for which the fit then accounts; 0: none.
+    confidence : float, optional
+        Of the intervals.
+
+    Returns
+    -------
+    LawFit
+
+    Raises
+    ------
+    InputError
+        An argument is wrong; all outcomes are the same; the rows do not decide an exponent; or
+        break-up does not get likelier with both Ca Ã z̃ and S, so that there is no such law.
+
+    Warns
+    -----
+    UserWarning
+        Rows were set aside, or there are so few that the intervals are wide.
+    """
+    _require_between("confidence", confidence, 0.0, 1.0, "use 0.95")
+    _require_between("symmetry_noise", symmetry_noise, -1e-300, 0.5, "use 0.088, or 0 for none")
+    form = Form(free_names(free))
+    imported = checked_collisions(table)
+    rows = rows_of(imported.table, form)
+    found = _found_noisy(rows, form, symmetry_noise) if symmetry_noise else _found_plain(rows, form)
+    fit = LawFit(
+        free=form.free,
+        confidence=confidence,
+        count=len(rows),
+        broke_count=int(rows.broke.sum()),
+        left_out=rows.left_out,
+        log_likelihood=found.best.value,
+        symmetry_noise=float(symmetry_noise),
+        step=found.step,
+        gap=found.gap,
+        synthetic=imported.synthetic,
+        _form=form,
+        _found=found,
+    )
+    _warn_of_few(fit)
+    return fit
+
+
+def _found_plain(rows: Rows, form: Form) -> _Found:
+    likelihood = LogisticLikelihood(rows.features, rows.broke)
+    best = maximum(likelihood)
+    gap = Gap(best.coefficients, -1.0)
+    if best.doubtful:
+        gap = widest_gap(rows.features, rows.broke, best.coefficients)
+    if gap.half_width < 0:
+        values = _require_law(form.scaled(best.coefficients), best.coefficients)
+        return _Found(likelihood, best, values)
+    values = _require_law(form.scaled(gap.coefficients), gap.coefficients)
+    del values["w"]
+    step = (
+        "a line separates the collisions that broke from the others without exception; "
+        f"the nearest to it are a factor {math.exp(min(gap.half_width, 100.0)):.4g} in Bk away"
+    )
+    return _Found(likelihood, best, values, step, gap.half_width, (), _NARROWEST)
+
+
+def _found_noisy(rows: Rows, form: Form, symmetry_noise: float) -> _Found:
+    plain = maximum(LogisticLikelihood(rows.features, rows.broke))
+    likelihood = NoisyLikelihood(rows.features, rows.symmetry, rows.broke, symmetry_noise)
+    best = maximum(likelihood, start=None if plain.doubtful else plain.free)
+    narrowest = likelihood.narrowest
+    values = _require_law(form.scaled(best.coefficients), best.coefficients)
+    if not best.doubtful and values["w"] > math.log(narrowest):
+        return _Found(likelihood, best, values, narrowest=narrowest)
+    held = (form.equation("w", math.log(narrowest)),)
+    constraint = Constraint.of(held)
+    near = best.coefficients / (narrowest * best.coefficients[1])
+    best = maximum(likelihood, constraint, constraint.nearest(near))
+    values = _require_law(form.scaled(best.coefficients), best.coefficients)
+    del values["w"]
+    step = f"noise of {symmetry_noise:g} in S explains all of the overlap"
+    return _Found(likelihood, best, values, step, math.nan, held, narrowest)
+
+
+def _require_law(values: dict[str, float], coefficients: Floats) -> dict[str, float]:
+    if all(map(math.isfinite, values.values())):
+        return values
+    _, forcing, symmetry = coefficients[:3].tolist()
+    raise InputError.of(
+        "table",
+        "collisions that break more often at larger Ca Ã z̃ and at larger S",
+        f"slopes {forcing:.3g} with ln(Ca Ã z̃) and {symmetry:.3g} with ln S",
+        "check the columns and their units, or add collisions",
+    )
+
+
+def _warn_of_few(fit: LawFit) -> None:
+    rarer = min(fit.broke_count, fit.count - fit.broke_count)
+    if fit.count >= FEW_ROWS and (fit.step or rarer >= _FEW_PER_COEFFICIENT * fit._form.size):
+        return
+    beta = fit.beta
+    wide = f"{beta.high - beta.low:.3g} wide" if math.isfinite(beta.low) else "without an end"
+    many = f"{fit.count} collisions, {fit.broke_count} of which broke, are few"
+    warnings.warn(
+        f"{many}: the {fit.confidence:.0%} interval of β is {beta.low:.3g} to {beta.high:.3g}, "
+        f"{wide}",
+        UserWarning,
+        stacklevel=3,
+    )
+
+
+def _require_between(name: str, value: object, low: float, high: float, advice: str) -> None:
+    if not low < finite_or_nan(value) < high:
+        raise InputError.of(name, f"a number between {max(low, 0):g} and {high:g}", value, advice)

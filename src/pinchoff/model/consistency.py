@@ -1,0 +1,82 @@
+"""What several parameters must agree on."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    from pinchoff.model.parameters import Parameters
+
+
+def require_consistent(parameters: Parameters) -> None:
+    """Refuse parameters each of which is in its range, but which make no sense together.
+
+    Raises
+    ------
+    InputError
+        The droplet starts on the obstacle, an undeformed droplet has a neck, or the numbers are
+        not those of their physical scale.
+    """
+    _require_start(parameters)
+    _require_separation(parameters)
+    _require_thickness(parameters)
+    _require_scale(parameters)
+
+
+def _require_start(p: Parameters) -> None:
+    nearest = p.obstacle_radius + 0.75
+    if p.start_distance <= nearest:
+        raise InputError.of(
+            "start_distance",
+            f"larger than 1/size_ratio + 0.75 = {nearest:g}",
+            p.start_distance,
+            "start farther away: the droplet must not touch the obstacle at first",
+        )
+
+
+def _require_separation(p: Parameters) -> None:
+    if p.neck_separation_unit != "perimeter":
+        return
+    if p.neck_separation >= 0.5:
+        raise InputError.of(
+            "neck_separation",
+            "less than 0.5 when it is a fraction of the perimeter",
+            p.neck_separation,
+            "lower it: no shorter arc exceeds half the perimeter",
+        )
+    least = 3.0 / p.vertex_count
+    if p.neck_separation < least:
+        raise InputError.of(
+            "neck_separation",
+            f"at least 3/vertex_count = {least:.3g} when it is a fraction of the perimeter",
+            p.neck_separation,
+            "raise it or vertex_count: neighbouring vertices are no two sides of a neck",
+        )
+
+
+def _require_thickness(p: Parameters) -> None:
+    """Refuse a threshold at which the undeformed droplet breaks, a circle of diameter 1."""
+    half_angle = p.neck_separation * (math.pi if p.neck_separation_unit == "perimeter" else 1.0)
+    chord = math.sin(half_angle)
+    if p.neck_thickness >= chord:
+        raise InputError.of(
+            "neck_thickness",
+            f"below {chord:.4g}, the undeformed droplet's own chord over neck_separation",
+            p.neck_thickness,
+            "lower it, or raise neck_separation: a droplet would break without being deformed",
+        )
+
+
+def _require_scale(p: Parameters) -> None:
+    for name in ("size_ratio", "simulation_capillary_number") if p.scale else ():
+        expected = getattr(p.scale, name)
+        if not math.isclose(getattr(p, name), expected, rel_tol=1e-9):
+            raise InputError.of(
+                name,
+                f"{expected:.10g}, as its physical scale says",
+                getattr(p, name),
+                "change the physical quantity in from_physical, or drop the scale",
+            )

@@ -1,0 +1,138 @@
+"""Flows of the continuous phase: the fluid's velocity as a function of position.
+
+A flow that another program has computed comes in through `sampled`. All lengths are in D0, all
+speeds in v_f∞.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pinchoff import _core
+from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.errors import InputError
+
+Flow: TypeAlias = _core.Flow
+"""What the constructors below return; ``.velocity(points)`` takes and gives (n, 2) arrays."""
+
+_LEAST_NODES = 4
+_SPACING_TOLERANCE = 1e-4  # of the spacing: axes of single precision are regular
+
+
+def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
+    """Creeping flow in +x around a circular obstacle [paper, eqs. v_r fluid, v_theta fluid].
+
+    The velocity vanishes on the obstacle and inside it, and grows like ln(r/R) far away.
+
+    Parameters
+    ----------
+    radius : float
+        R, D0.
+    center : (float, float), optional
+        The obstacle's centre, D0.
+
+    Raises
+    ------
+    InputError
+        A number is not finite, or the radius not positive.
+    """
+    if not finite_or_nan(radius) > 0:
+        raise InputError.of("radius", "positive and finite", radius, "give the obstacle's R in D0")
+    try:
+        x, y = center
+    except (TypeError, ValueError):
+        advice = "give the obstacle's x and y in D0"
+        raise InputError.of("center", "a pair of numbers", center, advice) from None
+    return _core.StokesFlow(float(radius), _finite("center[0]", x), _finite("center[1]", y))
+
+
+def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
+    """Return the same velocity everywhere.
+
+    Parameters
+    ----------
+    vx, vy : float, optional
+        v_f∞.
+
+    Raises
+    ------
+    InputError
+        A component is not finite.
+    """
+    return _core.UniformFlow(_finite("vx", vx), _finite("vy", vy))
+
+
+def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
+    """Flow given at the nodes of a regular grid, bicubic between them.
+
+    What lies between two nodes is not known to the flow: some ten nodes across each obstacle's
+    radius and each gap resolve the layer in which the velocity falls to zero.
+
+    Parameters
+    ----------
+    x : array_like, shape (nx,)
+        Ascending, evenly spaced, D0; at least 4 nodes.
+    y : array_like, shape (ny,)
+        As `x`.
+    u, v : array_like, shape (ny, nx)
+        The velocity's x and y components at the nodes, v_f∞.
+
+    Raises
+    ------
+    InputError
+        An axis is not ascending, regular and long enough; an array has the wrong shape; or a
+        number is not finite.
+    """
+    x_nodes, y_nodes = _axis("x", x), _axis("y", y)
+    shape = (y_nodes.size, x_nodes.size)
+    return _core.SampledFlow(
+        x_nodes[0],
+        y_nodes[0],
+        (x_nodes[-1] - x_nodes[0]) / (x_nodes.size - 1),
+        (y_nodes[-1] - y_nodes[0]) / (y_nodes.size - 1),
+        _component("u", u, shape),
+        _component("v", v, shape),
+    )
+
+
+def _finite(name: str, value: float) -> float:
+    number = finite_or_nan(value)
+    if math.isnan(number):
+        raise InputError.of(name, "a finite number", repr(value), "give it in D0 or v_f∞")
+    return number
+
+
+def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.ascontiguousarray(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError.of(name, "an array of numbers", str(error), "check its shape") from None
+    if not np.isfinite(array).all():
+        where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
+        got = f"{array[where]} at index {where}"
+        raise InputError.of(name, "finite everywhere", got, "fill the gaps, with 0 in obstacles")
+    return array
+
+
+def _axis(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    axis = _array(name, values)
+    if axis.ndim != 1 or axis.size < _LEAST_NODES:
+        rule = f"one-dimensional with at least {_LEAST_NODES} nodes"
+        raise InputError.of(name, rule, f"shape {axis.shape}", "give the positions of the nodes")
+    steps = np.diff(axis)
+    if not (steps > 0).all() or np.ptp(steps) > _SPACING_TOLERANCE * steps.mean():
+        got = f"steps from {steps.min():g} to {steps.max():g}"
+        raise InputError.of(name, "ascending and evenly spaced", got, "resample the flow first")
+    return axis
+
+
+def _component(name: str, values: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+    component = _array(name, values)
+    if component.shape != shape:
+        rule = f"of shape (len(y), len(x)) = {shape}"
+        raise InputError.of(name, rule, f"shape {component.shape}", "transpose it if need be")
+    return component

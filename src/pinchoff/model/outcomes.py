@@ -1,0 +1,372 @@
+"""What comes out of runs: one `Collision`, or the columns of many; and why a run was stopped."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from pinchoff import _core
+from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.schema import COLUMNS, OUTCOMES
+from pinchoff.support.errors import SimulationError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from pinchoff.model.outlines import Outlines
+    from pinchoff.model.parameters import Parameters
+
+_FAILED = OUTCOMES.index("failed")
+
+NO_CONTACT = "no contact: the droplet never touched the obstacle"
+"""Reason to reject a row that is no collision."""
+
+
+class _Guard(NamedTuple):
+    """Message of a guard; `got` formats the measured value."""
+
+    rule: str
+    got: str
+    advice: str
+
+
+_GUARDS = {
+    "penetration": _Guard(
+        "the obstacle's depth in the droplet must be at most a quarter of its radius",
+        "{:.3g} radii",
+        "raise edge_stiffness or vertex_count: the obstacle passes between two vertices",
+    ),
+    "overlap": _Guard(
+        "one droplet's depth in another must be at most one vertex spacing",
+        "{:.3g} D0",
+        "raise line_tension or vertex_count: droplets are pressed through each other",
+    ),
+    "self_intersection": _Guard(
+        "the outline must be free of crossings",
+        "crossing edges in droplet {:.0f}",
+        "raise vertex_count or edge_stiffness",
+    ),
+    "area": _Guard(
+        "the droplet's area must be within 1 % of its equilibrium",
+        "{:+.2%}",
+        "raise area_stiffness, or lower time_step",
+    ),
+    "blow_up": _Guard(
+        "every coordinate must be finite and within 1e4 D0",
+        "{:.3g} D0",
+        "lower time_step",
+    ),
+    "flow_domain": _Guard(
+        "the droplet must be inside the sampled flow",
+        "{:.3g} D0 outside",
+        "sample the flow over the droplet's whole way, from its start to behind the obstacle",
+    ),
+}
+
+
+def guard_message(guard: str, value: float, time: float) -> str:
+    """Say which guard stopped a run, what it measured and when, and what to do."""
+    rule, got, advice = _GUARDS[guard]
+    return f"{rule}; got {got.format(value)} at t = {time:.4g} t0; {advice}"
+
+
+def warn_of_failures(failed: int, total: int, stacklevel: int = 3) -> None:
+    """Warn that guards stopped some runs of the caller's, if they did."""
+    if failed:
+        warnings.warn(
+            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
+            "reject_reason",
+            RuntimeWarning,
+            stacklevel=stacklevel,
+        )
+
+
+def run_columns(
+    parameters: Sequence[Parameters],
+    results: NDArray[np.float64],
+    first_id: int = 0,
+    met: Mapping[str, float] | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Return runs as columns of the collisions table.
+
+    Parameters
+    ----------
+    parameters : sequence of n Parameters
+    results : ndarray, shape (n, len(_core.RESULT_FIELDS))
+        What the core returned for them.
+    first_id : int, optional
+        ``collision_id`` of the first run.
+    met : mapping of str to float, optional
+        What `first_meeting` says in place of the parameters.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        Every column of `pinchoff.collisions.schema.COLUMNS`.
+    """
+    result = dict(zip(_core.RESULT_FIELDS, results.T, strict=True))
+    columns: dict[str, NDArray[Any]] = {
+        "source": np.full(len(parameters), "simulation", dtype=object),
+        "collision_id": first_id + np.arange(len(parameters)),
+        **_parameter_columns(parameters),
+        **_event_columns(result),
+    }
+    columns |= _physical_columns(parameters, columns)
+    columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
+    columns["breakup_number"] = breakup_number(
+        columns["capillary_number"],
+        columns["normalized_area"],
+        columns["symmetry"],
+        columns["normalized_thickness"],
+    )
+    return {column.name: columns[column.name] for column in COLUMNS}
+
+
+def first_meeting(
+    parameters: Parameters,
+    contacts: Sequence[Mapping[str, Any]],
+    obstacles: NDArray[np.float64],
+    droplets: NDArray[np.float64],
+) -> dict[str, float]:
+    """Return the columns that the droplet and the obstacle of the first contact decide.
+
+    Parameters
+    ----------
+    parameters : Parameters
+    contacts : sequence of mapping
+        The run's contacts in the order of their times.
+    obstacles, droplets : ndarray, shape (M, 3) and (K, 3)
+        Centre and radius of each obstacle, start and diameter of each droplet, D0.
+
+    Returns
+    -------
+    dict of str to float
+        NaN where nothing met, or only what a droplet without contact had broken into.
+    """
+    y = radius = start_y = diameter = math.nan
+    if contacts and contacts[0]["droplet_id"] < len(droplets):
+        _, y, radius = obstacles[contacts[0]["obstacle"]].tolist()
+        _, start_y, diameter = droplets[contacts[0]["droplet_id"]].tolist()
+    unit_um = math.nan if parameters.scale is None else parameters.scale.diameter_um
+    return {
+        "size_ratio": diameter / radius,
+        "offset": start_y - y,
+        "normalized_area": math.pi / 4.0 * (diameter / radius) ** 2,
+        "obstacle_radius_um": radius * unit_um,
+    }
+
+
+def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np.float64]]:
+    names = (
+        "size_ratio",
+        "simulation_capillary_number",
+        "offset",
+        "capillary_number",
+        "normalized_area",
+        "normalized_thickness",
+    )
+    return {name: np.array([getattr(p, name) for p in parameters], float) for name in names}
+
+
+def _event_columns(result: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[Any]]:
+    code = result["outcome"].astype(np.int64)
+    failed, broke = code == _FAILED, result["breakup_count"] > 0
+    # A neck is infinite while the outline has no two sides far enough apart: nothing measured.
+    neck = np.where(np.isfinite(result["minimum_neck"]), result["minimum_neck"], math.nan)
+    counts = ("breakup_count", "generations", "droplet_count", "steps", "vertex_updates")
+    same = (
+        "symmetry",
+        "impact_parameter",
+        "contact_time",
+        "contact_speed",
+        "contact_area",
+        "contact_shape_parameter",
+        "maximum_shape_parameter",
+        "small_daughter_area",
+        "large_daughter_area",
+        "breakup_time",
+        "breakup_neck",
+        "end_time",
+    )
+    return {
+        "outcome": np.array(OUTCOMES, dtype=object)[code],
+        "broke": np.where(failed & ~broke, math.nan, broke),
+        "accepted": ~failed & np.isfinite(result["contact_time"]),
+        "reject_reason": _reject_reasons(result),
+        "speed": result["contact_speed"],
+        "neck_thickness": neck,
+        "minimum_neck": neck,
+        "daughter_area_ratio": result["small_daughter_area"] / result["large_daughter_area"],
+        **{name: result[name] for name in same},
+        **{name: result[name].astype(np.int64) for name in counts},
+    }
+
+
+def _reject_reasons(result: dict[str, NDArray[np.float64]]) -> NDArray[Any]:
+    reasons = np.full(result["guard"].size, "", dtype=object)
+    reasons[np.isnan(result["contact_time"])] = NO_CONTACT
+    for i in np.flatnonzero(result["outcome"] == _FAILED):
+        guard = _core.GUARDS[int(result["guard"][i])]
+        reasons[i] = guard_message(guard, result["guard_value"][i], result["guard_time"][i])
+    return reasons
+
+
+def _physical_columns(
+    parameters: Sequence[Parameters], columns: dict[str, NDArray[Any]]
+) -> dict[str, NDArray[np.float64]]:
+    def of_scale(name: str) -> NDArray[np.float64]:
+        return np.array(
+            [math.nan if p.scale is None else getattr(p.scale, name) for p in parameters]
+        )
+
+    diameter_um = of_scale("diameter_um")
+    names = ("obstacle_radius_um", "thickness_um", "viscosity_mPa_s", "surface_tension_mN_m")
+    no_image = np.full(len(parameters), math.nan)
+    return {
+        "contact_time_s": columns["contact_time"] * of_scale("time_unit_s"),
+        "obstacle_x_um": no_image,
+        "obstacle_y_um": no_image,
+        "area_um2": columns["contact_area"] * diameter_um**2,
+        "speed_mm_s": columns["contact_speed"] * of_scale("speed_mm_s"),
+        "neck_um": columns["minimum_neck"] * diameter_um,
+        **{name: of_scale(name) for name in names},
+    }
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Collision:
+    """What came of one collision. Lengths in D0, speeds in v_f∞, times in t0; NaN: did not happen.
+
+    Attributes
+    ----------
+    parameters : Parameters
+    outcome : str
+        "slipped", "broke" or "captured": the time limit came before the droplet had left the
+        obstacle behind.
+    broke : bool
+    symmetry, impact_parameter : float
+        S [paper, eq. symdef] and b at first contact.
+    contact_time, contact_speed, contact_area, contact_shape_parameter : float
+        First contact: when, the centroid's speed, and the outline's area and 𝒜 = P²/(4πA).
+    minimum_neck, maximum_shape_parameter : float
+        Thinnest neck and largest 𝒜, from first contact on, until the first break-up.
+    daughter_area_ratio : float
+        Smaller over larger daughter of the first break-up.
+    daughter_areas : (float, float)
+        Smaller and larger daughter of the first break-up, D0².
+    breakup_time, breakup_neck : float
+        First break-up: when, and the neck that was cut.
+    breakup_count, generations, droplet_count : int
+        Break-ups in all, break-ups in the ancestry of the youngest droplet, droplets at the end.
+    end_time : float
+    steps : int
+    contacts, breakups : tuple of dict
+        Every first contact of a droplet with an obstacle, and every break-up.
+    outlines : Outlines or None
+        The recorded outlines, if asked for.
+    """
+
+    parameters: Parameters
+    outcome: str
+    broke: bool
+    symmetry: float
+    impact_parameter: float
+    contact_time: float
+    contact_speed: float
+    contact_area: float
+    contact_shape_parameter: float
+    minimum_neck: float
+    maximum_shape_parameter: float
+    daughter_area_ratio: float
+    daughter_areas: tuple[float, float]
+    breakup_time: float
+    breakup_neck: float
+    breakup_count: int
+    generations: int
+    droplet_count: int
+    end_time: float
+    steps: int
+    contacts: tuple[dict[str, Any], ...]
+    breakups: tuple[dict[str, Any], ...]
+    outlines: Outlines | None
+    _row: dict[str, Any] = field()
+
+    def to_row(self) -> dict[str, Any]:
+        """Return the collision as a row of the table that `simulate_many` returns."""
+        return dict(self._row)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything but the outlines, fit for JSON: not measured is None."""
+        left_out = ("outlines", "_row", "parameters")
+        values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in left_out}
+        return {"parameters": self.parameters.model_dump(mode="json"), **_plain(values)}
+
+    def __repr__(self) -> str:
+        contact = (
+            f"S = {self.symmetry:.3f}, contact at t = {self.contact_time:.2f} t0, "
+            f"thinnest neck {self.minimum_neck:.3f} D0"
+            if math.isfinite(self.contact_time)
+            else "no contact"
+        )
+        breakup = (
+            f", broke at t = {self.breakup_time:.2f} t0 into "
+            f"1:{1 / self.daughter_area_ratio:.2f}, {self.droplet_count} droplets at the end"
+            if self.broke
+            else ""
+        )
+        return f"<Collision {self.outcome}: {contact}{breakup}>"
+
+
+def collision_of(
+    parameters: Parameters,
+    system: _core.System,
+    outlines: Outlines | None,
+    met: Mapping[str, float],
+) -> Collision:
+    """Gather the results of a finished system; `met` as in `run_columns`.
+
+    Raises
+    ------
+    SimulationError
+        A guard stopped the run.
+    """
+    results = np.asarray(system.result(), dtype=np.float64).reshape(1, -1)
+    result = dict(zip(_core.RESULT_FIELDS, results[0].tolist(), strict=True))
+    if result["outcome"] == _FAILED:
+        guard = _core.GUARDS[int(result["guard"])]
+        value, time = result["guard_value"], result["guard_time"]
+        raise SimulationError(
+            guard_message(guard, value, time), guard=guard, value=value, time=time
+        )
+    columns = run_columns([parameters], results, met=met)
+    row = {name: _plain_scalar(values[0]) for name, values in columns.items()}
+    row["broke"] = bool(row["broke"])
+    own = {f.name: row[f.name] for f in fields(Collision) if f.name in row}
+    return Collision(
+        **own,
+        parameters=parameters,
+        daughter_areas=(row["small_daughter_area"], row["large_daughter_area"]),
+        contacts=tuple(system.contacts()),
+        breakups=tuple(system.breakups()),
+        outlines=outlines,
+        _row=row,
+    )
+
+
+def _plain_scalar(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON has it: lists, numbers, and None for a number that is not finite."""
+    if isinstance(value, dict):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(each) for each in value]
+    value = _plain_scalar(value)
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,377 @@
+"""Droplet outlines over time: the form in which every droplet is measured, drawn and stored.
+
+A droplet is a closed polygon, whether it was simulated or filmed. `Outlines` holds all polygons
+of a run in flat arrays (ragged: a frame has any number of droplets, a droplet any number of
+vertices); `OutlineWriter` appends them to a GSD file while the run goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from zipfile import BadZipFile
+
+import numpy as np
+import numpy.typing as npt
+
+from pinchoff.model.gsd import (
+    Floats,
+    Integers,
+    Outline,
+    OutlineLike,
+    OutlineWriter,
+    read_gsd,
+    stacked,
+)
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["Outline", "OutlineLike", "OutlineWriter", "Outlines"]
+
+#: The unit of time that goes with each unit of length.
+TIME_UNITS = {"D0": "t0", "um": "s"}
+
+#: Arc threshold of the neck [paper, sec. 3.3] where the parameters do not give it: a fraction of
+#: the current perimeter (the paper writes D0).
+NECK_SEPARATION = 0.28
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """Closed polygons over time, in flat arrays.
+
+    Outline `k` lies in frame ``frame[k]`` and has the vertices
+    ``vertices[offsets[k]:offsets[k + 1]]``.
+
+    Parameters
+    ----------
+    times : (F,) float array
+        Time of each frame, ascending [t0].
+    frame, droplet_id, generation : (K,) int arrays
+        Frame, droplet and number of break-ups in its ancestry, for each outline; `frame` does
+        not descend.
+    offsets : (K + 1,) int array
+        First vertex of each outline, then the number of vertices.
+    vertices, velocities : (V, 2) float arrays
+        Positions [D0] and velocities [D0/t0].
+    obstacles : (M, 3) float array
+        Centre x, y and radius of each circular obstacle [D0].
+    parameters : dict
+        The parameters of the run as plain numbers and text (it must survive JSON).
+    units : str
+        Unit of length, "D0".
+
+    Raises
+    ------
+    InputError
+        If the arrays do not fit together.
+    """
+
+    times: Floats
+    frame: Integers
+    droplet_id: Integers
+    generation: Integers
+    offsets: Integers
+    vertices: Floats
+    velocities: Floats
+    obstacles: Floats
+    parameters: dict[str, Any] = field(default_factory=dict)
+    units: str = "D0"
+
+    def __post_init__(self) -> None:
+        outlines, vertices = len(self.frame), len(self.vertices)
+        wanted: dict[str, tuple[int, ...]] = {
+            "times": (len(self.times),),
+            "droplet_id": (outlines,),
+            "generation": (outlines,),
+            "offsets": (outlines + 1,),
+            "vertices": (vertices, 2),
+            "velocities": (vertices, 2),
+            "obstacles": (len(self.obstacles), 3),
+        }
+        for name, shape in wanted.items():
+            got = getattr(self, name).shape
+            if got != shape:
+                raise InputError.of(name, f"of shape {shape}", got, "see the docstring of Outlines")
+        ends = self.offsets[[0, -1]].tolist()
+        if ends != [0, vertices] or np.any(np.diff(self.offsets) < 3):
+            raise InputError.of(
+                "offsets",
+                f"ascending from 0 to the {vertices} vertices, in steps of 3 or more",
+                self.offsets,
+                "give the first vertex of each outline, then the number of vertices",
+            )
+        if np.any(np.diff(self.frame) < 0) or np.any((self.frame < 0) | (self.frame >= len(self))):
+            raise InputError.of(
+                "frame",
+                f"ascending and below the {len(self)} times",
+                self.frame,
+                "sort the outlines by frame",
+            )
+        if self.units not in TIME_UNITS:
+            raise InputError.of(
+                "units", f"one of {', '.join(TIME_UNITS)}", self.units, "convert the lengths"
+            )
+
+    @classmethod
+    def from_frames(
+        cls,
+        times: npt.ArrayLike,
+        frames: Sequence[Iterable[OutlineLike]],
+        obstacles: npt.ArrayLike,
+        parameters: Mapping[str, Any],
+        *,
+        units: str = "D0",
+    ) -> Outlines:
+        """Gather outlines that come frame by frame, as the engine gives them.
+
+        Parameters
+        ----------
+        times : (F,) array_like
+            Time of each frame [t0].
+        frames : sequence of F iterables
+            For each frame its droplets: (droplet_id, generation, vertices (n, 2) [D0],
+            velocities (n, 2) [D0/t0]).
+        obstacles : (M, 3) array_like
+            Centre x, y and radius of each obstacle [D0].
+        parameters : mapping
+            The parameters of the run.
+        units : str
+            Unit of length.
+        """
+        flat = [(f, Outline(*each)) for f, droplets in enumerate(frames) for each in droplets]
+        sizes = [len(np.asarray(outline.vertices)) for _, outline in flat]
+        return cls(
+            times=np.asarray(times, dtype=np.float64).reshape(-1),
+            frame=np.array([f for f, _ in flat], dtype=np.int64),
+            droplet_id=np.array([outline.droplet_id for _, outline in flat], dtype=np.int64),
+            generation=np.array([outline.generation for _, outline in flat], dtype=np.int64),
+            offsets=np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
+            vertices=stacked([outline.vertices for _, outline in flat]),
+            velocities=stacked([outline.velocities for _, outline in flat]),
+            obstacles=np.array(obstacles, dtype=np.float64).reshape(-1, 3),
+            parameters=dict(parameters),
+            units=units,
+        )
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self.times)
+
+    def __getitem__(self, index: int) -> list[Outline]:
+        """Return the outlines of one frame; negative indices count from the end."""
+        number = range(len(self))[index]
+        first, last = np.searchsorted(self.frame, [number, number + 1])
+        return [self.outline(k) for k in range(int(first), int(last))]
+
+    def __iter__(self) -> Iterator[list[Outline]]:
+        return (self[index] for index in range(len(self)))
+
+    def __repr__(self) -> str:
+        droplets = len(np.unique(self.droplet_id))
+        return f"Outlines({len(self)} frames, {droplets} droplets, {len(self.vertices)} vertices)"
+
+    def outline(self, k: int) -> Outline:
+        """Return outline `k` of all, whatever its frame."""
+        span = slice(self.offsets[k], self.offsets[k + 1])
+        return Outline(
+            int(self.droplet_id[k]),
+            int(self.generation[k]),
+            self.vertices[span],
+            self.velocities[span],
+        )
+
+    def neck(self, outline: Outline) -> tuple[float, int, int]:
+        """Return the thinnest admissible chord of an outline, as the run's parameters define it.
+
+        Returns
+        -------
+        thickness : float
+            Its length [D0]; infinite where no pair of vertices is admissible.
+        i, j : int
+            The vertices that it joins.
+        """
+        from pinchoff import _core
+
+        in_diameters = self.parameters.get("neck_separation_unit", "perimeter") == "diameter"
+        diameter = math.sqrt(4.0 * _core.area(outline.vertices) / math.pi)
+        separation = float(self.parameters.get("neck_separation", NECK_SEPARATION))
+        return _core.neck(outline.vertices, separation, in_diameters, diameter)
+
+    def measure(self) -> pd.DataFrame:
+        """Measure every outline with the geometry that the engine itself uses.
+
+        Returns
+        -------
+        DataFrame
+            One row per outline: frame, time [t0], droplet_id, generation, area [D0²], perimeter
+            [D0], x, y (centroid) [D0], shape_parameter, neck_thickness [D0] (NaN where no chord
+            is admissible). The units are in ``attrs["units"]``.
+        """
+        import pandas as pd
+
+        table = pd.DataFrame(
+            [self._measured(k) for k in range(len(self.frame))], columns=list(self._column_units())
+        )
+        table.attrs["units"] = self._column_units()
+        return table
+
+    def _measured(self, k: int) -> tuple[float, ...]:
+        from pinchoff import _core
+
+        outline = self.outline(k)
+        x, y = _core.centroid(outline.vertices)
+        thickness, _, _ = self.neck(outline)
+        return (
+            int(self.frame[k]),
+            float(self.times[self.frame[k]]),
+            outline.droplet_id,
+            outline.generation,
+            _core.area(outline.vertices),
+            _core.perimeter(outline.vertices),
+            x,
+            y,
+            _core.shape_parameter(outline.vertices),
+            thickness if math.isfinite(thickness) else math.nan,
+        )
+
+    def _column_units(self) -> dict[str, str]:
+        length = self.units
+        return {
+            "frame": "1",
+            "time": TIME_UNITS[length],
+            "droplet_id": "1",
+            "generation": "1",
+            "area": f"{length}²",
+            "perimeter": length,
+            "x": length,
+            "y": length,
+            "shape_parameter": "1",
+            "neck_thickness": length,
+        }
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the outlines to a file; its suffix chooses the format.
+
+        ``.gsd`` (OVITO and freud open it) and ``.npz`` hold everything and load back equal;
+        ``.csv`` is for other programs: one row per vertex, the units in the column names.
+
+        Parameters
+        ----------
+        path : path
+            The file, replaced at once when it is complete.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these, or the file cannot be written.
+        """
+        target = Path(path)
+        writers = {".gsd": self._save_gsd, ".npz": self._save_npz, ".csv": self._save_csv}
+        if target.suffix not in writers:
+            raise InputError.of(
+                "path", f"a name ending in {', '.join(writers)}", target, "choose one of them"
+            )
+        try:
+            with written_aside(target) as unfinished:
+                writers[target.suffix](unfinished)
+        except OSError as error:
+            raise InputError.of(
+                "path",
+                "a file that can be written",
+                f"{target} ({error.strerror or error})",
+                "choose an existing folder",
+            ) from error
+
+    def _save_gsd(self, path: Path) -> None:
+        with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:
+            for time, outlines in zip(self.times, self, strict=True):
+                writer.append(time, outlines)
+
+    def _save_npz(self, path: Path) -> None:
+        arrays = {name: getattr(self, name) for name in _ARRAYS}
+        np.savez_compressed(
+            path,
+            **arrays,
+            parameters=np.array(json.dumps(self.parameters)),
+            units=np.array(self.units),
+        )
+
+    def _save_csv(self, path: Path) -> None:
+        import pandas as pd
+
+        length, time = self.units, TIME_UNITS[self.units]
+        sizes = np.diff(self.offsets)
+        columns = {
+            "frame": np.repeat(self.frame, sizes),
+            f"time_{time}": np.repeat(self.times[self.frame], sizes),
+            "droplet_id": np.repeat(self.droplet_id, sizes),
+            "generation": np.repeat(self.generation, sizes),
+            "vertex": np.arange(len(self.vertices)) - np.repeat(self.offsets[:-1], sizes),
+            f"x_{length}": self.vertices[:, 0],
+            f"y_{length}": self.vertices[:, 1],
+            f"vx_{length}_per_{time}": self.velocities[:, 0],
+            f"vy_{length}_per_{time}": self.velocities[:, 1],
+        }
+        pd.DataFrame(columns).to_csv(path, index=False)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Outlines:
+        """Read outlines from a ``.gsd`` or ``.npz`` file that pinchoff wrote.
+
+        A GSD file is readable while it is being written, and after its writer was killed.
+
+        Raises
+        ------
+        InputError
+            If there is no such file, or it does not hold outlines.
+        """
+        source = Path(path)
+        readers = {".gsd": cls._load_gsd, ".npz": cls._load_npz}
+        if source.suffix not in readers or not source.is_file():
+            raise InputError.of(
+                "path", "an existing .gsd or .npz file", source, "check the name of the file"
+            )
+        try:
+            return readers[source.suffix](source)
+        except (OSError, EOFError, RuntimeError, KeyError, ValueError, BadZipFile) as error:
+            raise InputError.of(
+                "path",
+                "a file of outlines written by pinchoff",
+                f"{source} ({error})",
+                "write it again with Outlines.save or `pinchoff run`",
+            ) from error
+
+    @classmethod
+    def _load_gsd(cls, path: Path) -> Outlines:
+        contents = read_gsd(path)
+        return cls.from_frames(*contents[:-1], units=contents.units)
+
+    @classmethod
+    def _load_npz(cls, path: Path) -> Outlines:
+        with np.load(path, allow_pickle=False) as data:
+            return cls(
+                **{name: data[name] for name in _ARRAYS},
+                parameters=json.loads(str(data["parameters"])),
+                units=str(data["units"]),
+            )
+
+
+_ARRAYS = (
+    "times",
+    "frame",
+    "droplet_id",
+    "generation",
+    "offsets",
+    "vertices",
+    "velocities",
+    "obstacles",
+)

@@ -1,0 +1,312 @@
+"""Run collisions: one in detail, or very many into a table."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import sys
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sized
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pinchoff import _core
+from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
+from pinchoff.model.flow import Flow
+from pinchoff.model.outcomes import (
+    Collision,
+    collision_of,
+    first_meeting,
+    run_columns,
+    warn_of_failures,
+)
+from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.errors import InputError
+from pinchoff.support.progress import Show, progress_bar, shifted
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.model.outlines import Outlines
+
+__all__ = ["Collision", "Flow", "simulate", "simulate_many"]
+
+Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
+"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
+
+RECORDING_INTERVAL = 0.05
+"""Time between two recorded outlines unless said otherwise, t0."""
+
+LONGEST_INTERVAL = 1e6
+"""Longer than any run, t0: an interval as long or longer records its start and its end."""
+
+CHUNK_SIZE = 4096
+"""Runs that are prepared and held at once, so that a sweep's memory is that of its table."""
+
+MOST_THREADS = 1024
+
+
+def simulate(
+    parameters: Parameters,
+    *,
+    flow: Flow | None = None,
+    obstacles: ArrayLike | None = None,
+    droplets: ArrayLike | None = None,
+    outlines: bool | float | None = False,
+    on_frame: Callable[[float, Frame], object] | None = None,
+    progress: bool = False,
+) -> Collision:
+    """Run one collision from its start to its outcome.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The model.
+    flow : Flow, optional
+        What `pinchoff.flow` builds; by default the Stokes flow around the first obstacle.
+    obstacles : array_like, shape (M, 3), optional
+        Centre x, y and radius (at least 1e-3) of each obstacle, D0. By default one of radius
+        1/size_ratio at the origin. M may be zero if a flow is given; the run then lasts until
+        the time limit.
+    droplets : array_like, shape (K, 3), optional
+        Start x, y and diameter of each droplet, D0, clear of obstacles and each other by 0.05 D0
+        (a coarse outline: by a vertex spacing). By default one of diameter 1 at
+        (-start_distance, offset). A diameter is at least 0.02, and at most 4096/vertex_count.
+    outlines : bool or float, optional
+        Whether to record the outlines, or the time between two records in t0, rounded up to a
+        multiple of the sampling interval: recording never changes the results.
+    on_frame : callable, optional
+        Called as ``on_frame(time, droplets)`` for every record at once, for instance
+        `OutlineWriter.append`; records also when `outlines` is False.
+    progress : bool, optional
+        Whether to show a bar on stderr.
+
+    Returns
+    -------
+    Collision
+        For several droplets: the first contact and the first break-up of any of them. With
+        obstacles or droplets of one's own, the groups of the break-up law are those of the
+        droplet and the obstacle of the first contact; without contact they are NaN.
+
+    Raises
+    ------
+    InputError
+        An argument is wrong.
+    SimulationError
+        A guard stopped the run, because its result could not be trusted.
+    KeyboardInterrupt
+        Ctrl-C, at once.
+
+    Warns
+    -----
+    UserWarning
+        There are several obstacles and no flow: the Stokes flow knows the first only.
+    """
+    _require_parameters("parameters", parameters)
+    circles = obstacle_circles(parameters, obstacles)
+    starts = droplet_circles(parameters, droplets, circles)
+    if flow is None:
+        flow = _flow_around(circles)
+    require_flow(flow)
+    _require_callable(on_frame)
+    keep = outlines is not None and outlines is not False
+    every = _samples_between_records(outlines)
+    system = _core.System(parameters.model_row(), flow, circles, starts)
+    times: list[float] = []
+    frames: list[Frame] = []
+
+    def record() -> None:
+        frame = system.outlines()
+        if keep:
+            times.append(system.time)
+            frames.append(frame)
+        if on_frame is not None:
+            on_frame(system.time, frame)
+
+    recording = keep or on_frame is not None
+    with progress_bar(progress, "collision", parameters.time_limit) as show:
+        _run(system, every, record if recording else None, show)
+    kept = _outlines(times, frames, circles, parameters) if keep else None
+    own = obstacles is not None or droplets is not None
+    met = first_meeting(parameters, system.contacts(), circles, starts) if own else {}
+    return collision_of(parameters, system, kept, met)
+
+
+def _run(
+    system: _core.System,
+    every: int,
+    record: Callable[[], None] | None,
+    show: Show | None,
+) -> None:
+    """Advance sample by sample, so that Ctrl-C acts at once, and record every so many samples."""
+    recorded = -1.0
+    for sample in itertools.count():
+        due = sample % every == 0 or system.finished
+        if record is not None and due and system.time > recorded:
+            recorded = system.time
+            record()
+        if show is not None:
+            show(system.time)
+        if system.finished:
+            return
+        # A sample is a whole number of steps, close to its nominal length: half way is the next.
+        system.advance(system.time + 0.5 * SAMPLE_INTERVAL)
+
+
+def _outlines(
+    times: list[float], frames: list[Frame], circles: Floats, parameters: Parameters
+) -> Outlines:
+    from pinchoff.model.outlines import Outlines  # only when asked for
+
+    return Outlines.from_frames(times, frames, circles, parameters.model_dump(mode="json"))
+
+
+def simulate_many(
+    parameters: Iterable[Parameters],
+    *,
+    threads: int | None = None,
+    progress: bool | None = None,
+    flow: Flow | None = None,
+) -> pd.DataFrame:
+    """Run many collisions, on all cores, into one table.
+
+    The rows are the same, in the order of the parameters, whatever the number of threads. Runs
+    are prepared a few thousand at a time: a generator of a million costs the memory of the table.
+
+    Parameters
+    ----------
+    parameters : iterable of Parameters
+        One per collision.
+    threads : int, optional
+        How many threads; by default as many as there are cores for this process.
+    progress : bool, optional
+        Whether to show a bar on stderr; by default when that is a terminal.
+    flow : Flow, optional
+        One flow for all; by default the Stokes flow around each run's own obstacle.
+
+    Returns
+    -------
+    DataFrame
+        The columns of `pinchoff.collisions.schema.COLUMNS`, with their units in
+        ``attrs["units"]``. A run that a guard stopped is a row with ``accepted`` False and a
+        ``reject_reason``; so is one whose droplet never touched the obstacle.
+
+    Raises
+    ------
+    InputError
+        An argument is wrong; the message names its position.
+    KeyboardInterrupt
+        Ctrl-C, once the runs in progress have ended; no further one starts.
+
+    Warns
+    -----
+    RuntimeWarning
+        Guards stopped some of the runs; says how many.
+    """
+    from pinchoff.collisions import schema
+
+    _require_iterable(parameters)
+    workers = thread_count(threads)
+    if flow is not None:
+        require_flow(flow)
+    if progress is None:
+        progress = sys.stderr.isatty()
+    total = len(parameters) if isinstance(parameters, Sized) else None
+    parts: list[dict[str, NDArray[Any]]] = []
+    done = 0
+    with progress_bar(progress, "collisions", total, unit="runs") as show:
+        for chunk in _chunks(parameters):
+            models = np.array([_row(done + i, p) for i, p in enumerate(chunk)])
+            results = _core.run_many(models, flow, workers, shifted(show, done))
+            parts.append(run_columns(chunk, results, first_id=done))
+            done += len(chunk)
+    table = schema.table(parts)
+    warn_of_failures(int((table["outcome"] == "failed").sum()), done)
+    return table
+
+
+def _chunks(parameters: Iterable[Parameters]) -> Iterator[list[Parameters]]:
+    rest = iter(parameters)
+    while chunk := list(itertools.islice(rest, CHUNK_SIZE)):
+        yield chunk
+
+
+def _row(position: int, parameters: Parameters) -> Floats:
+    place = f"parameters[{position}]"
+    _require_parameters(place, parameters)
+    try:
+        return parameters.model_row()
+    except InputError as error:
+        raise error.within(place) from None
+
+
+def thread_count(threads: int | None) -> int:
+    """Check a number of threads; None stands for as many as there are cores for this process."""
+    if threads is None:
+        if hasattr(os, "sched_getaffinity"):
+            return len(os.sched_getaffinity(0))
+        return os.cpu_count() or 1
+    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)):
+        raise InputError.of("threads", "a whole number", threads, "leave it out for all cores")
+    if not 1 <= threads <= MOST_THREADS:
+        rule = f"from 1 to {MOST_THREADS}"
+        raise InputError.of("threads", rule, int(threads), "leave it out for all cores")
+    return int(threads)
+
+
+def _samples_between_records(outlines: object) -> int:
+    unsaid = outlines is None or isinstance(outlines, bool)
+    interval = RECORDING_INTERVAL if unsaid else finite_or_nan(outlines)
+    if not interval > 0:
+        raise InputError.of(
+            "outlines",
+            "True, False or a positive, finite interval in t0",
+            outlines,
+            f"use True to record every {RECORDING_INTERVAL} t0",
+        )
+    return max(1, math.ceil(min(interval, LONGEST_INTERVAL) / SAMPLE_INTERVAL - 1e-9))
+
+
+def _require_parameters(name: str, value: object) -> None:
+    if not isinstance(value, Parameters):
+        advice = "build it with pinchoff.Parameters(...)"
+        raise InputError.of(name, "a Parameters", value, advice)
+
+
+def _require_iterable(parameters: object) -> None:
+    # A model is iterable itself, over its fields: one alone must not pass for a collection.
+    if isinstance(parameters, Parameters) or not isinstance(parameters, Iterable):
+        advice = "put them into a list"
+        raise InputError.of("parameters", "an iterable of Parameters", parameters, advice)
+
+
+def require_flow(flow: object) -> None:
+    """Refuse what is no flow."""
+    if not isinstance(flow, Flow):
+        advice = "build it with pinchoff.flow.stokes, uniform or sampled"
+        raise InputError.of("flow", "a flow", flow, advice)
+
+
+def _require_callable(on_frame: object) -> None:
+    if on_frame is not None and not callable(on_frame):
+        advice = "give a function of (time, droplets)"
+        raise InputError.of("on_frame", "callable", on_frame, advice)
+
+
+def _flow_around(circles: Floats) -> Flow:
+    if not len(circles):
+        advice = "pass one, such as pinchoff.flow.uniform()"
+        raise InputError.of("flow", "given when there is no obstacle", None, advice)
+    if len(circles) > 1:
+        warnings.warn(
+            f"the default flow is that around the first of the {len(circles)} obstacles alone: "
+            "pass one that knows them all as flow=, such as pinchoff.flow.sampled(...)",
+            UserWarning,
+            stacklevel=3,
+        )
+    x, y, radius = circles[0].tolist()
+    return _core.StokesFlow(radius, x, y)

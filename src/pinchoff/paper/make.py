@@ -1,0 +1,232 @@
+"""Make the figures and numbers, one after the other, into a folder that can be taken up again."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pinchoff.figures.separating_line import write_figure
+from pinchoff.paper.catalogue import FIGURES, PaperFigure
+from pinchoff.paper.numbers import Number, data_name, numbers
+from pinchoff.paper.study import Study
+from pinchoff.support.checked import unknown_name
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+
+if TYPE_CHECKING:
+    from pinchoff.collisions.importing import ImportedCollisions
+
+SETTINGS = "settings.json"
+NUMBERS = "numbers"
+"""Name of the table of numbers among the figures."""
+
+ITEMS = (*(figure.name for figure in FIGURES), NUMBERS)
+"""What can be made, by name."""
+
+
+_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}  # of the extras
+
+
+@dataclass(frozen=True)
+class MadeFigure:
+    """A figure that is there.
+
+    Attributes
+    ----------
+    figure : PaperFigure
+    png, pdf : Path
+    how : str
+        Where it comes from.
+    seconds : float
+    """
+
+    figure: PaperFigure
+    png: Path
+    pdf: Path
+    how: str
+    seconds: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reproduction:
+    """What was made.
+
+    Attributes
+    ----------
+    path : Path
+        The folder.
+    figures : list of MadeFigure
+    numbers : list of Number
+        Empty where they were not asked for.
+    left_out : dict of str to str
+        Figures that could not be made, and why.
+    settings : dict
+        Version, seed, quick or not, and the experiment's digest.
+    seconds : float
+        That making all of it took, now or before.
+    """
+
+    path: Path
+    figures: list[MadeFigure]
+    numbers: list[Number]
+    left_out: dict[str, str]
+    settings: dict[str, Any]
+    seconds: float
+
+
+def reproduce(
+    out: str | os.PathLike[str],
+    *,
+    only: Sequence[str] | None = None,
+    quick: bool = False,
+    seed: int = 1,
+    experiment: ImportedCollisions | None = None,
+    progress: Callable[[str, int, int], object] | None = None,
+) -> Reproduction:
+    """Remake the figures and numbers of the paper.
+
+    What is in the folder already, with the same settings, is not made again: a reproduction that
+    was stopped goes on where it was.
+
+    Parameters
+    ----------
+    out : path
+        Folder: figure_NAME.png and .pdf, numbers.json and numbers.csv.
+    only : sequence of str, optional
+        Some of `ITEMS`; by default all.
+    quick : bool, optional
+        Fewer and coarser simulations.
+    seed : int, optional
+        The same seed gives the same numbers.
+    experiment : ImportedCollisions, optional
+        Real collisions in place of the synthetic ones.
+    progress : callable, optional
+        Called with the name of what is made next, how much is done, and how much there is.
+
+    Raises
+    ------
+    InputError
+        There is no such item, or the folder holds a reproduction with other settings.
+    """
+    wanted = _wanted(only)
+    folder = Path(out)
+    settings = _settings(seed, quick, experiment)
+    _require_same(folder, settings)
+    folder.mkdir(parents=True, exist_ok=True)
+    with written_aside(folder / SETTINGS) as unfinished:
+        unfinished.write_text(_json(settings), encoding="utf-8")
+    study = Study(seed, quick, experiment, folder)
+    left_out: dict[str, str] = {}
+    figures: list[MadeFigure] = []
+    found: list[Number] = []
+    seconds = 0.0
+    for done, name in enumerate(wanted):
+        if progress is not None:
+            progress(name, done, len(wanted))
+        if name == NUMBERS:
+            found, took = _numbers(study, folder)
+        else:
+            figure = next(each for each in FIGURES if each.name == name)
+            absent = _absent(figure.extra)
+            if absent:
+                left_out[name] = (
+                    f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
+                )
+                continue
+            figures.append(_figure(figure, study, folder))
+            took = figures[-1].seconds
+        seconds += took
+    return Reproduction(folder, figures, found, left_out, settings, seconds)
+
+
+def _absent(extra: str) -> str:
+    """Return the first module of an extra that is not installed; empty if all are."""
+    return next((name for name in _MODULES.get(extra, ()) if find_spec(name) is None), "")
+
+
+def _wanted(only: Iterable[str] | None) -> list[str]:
+    if only is None:
+        return list(ITEMS)
+    chosen = [name.strip() for name in only]
+    for name in chosen:
+        if name not in ITEMS:
+            raise unknown_name("only", "figures of the paper, or numbers", name, ITEMS)
+    return [name for name in ITEMS if name in chosen]
+
+
+def _settings(seed: int, quick: bool, experiment: ImportedCollisions | None) -> dict[str, Any]:
+    from pinchoff import __version__
+
+    digest = None
+    if experiment is not None:
+        rows = experiment.table.to_csv(index=False).encode()
+        digest = hashlib.sha256(rows).hexdigest()
+    return {"pinchoff_version": __version__, "seed": seed, "quick": quick, "experiment": digest}
+
+
+def _require_same(folder: Path, settings: dict[str, Any]) -> None:
+    try:
+        there = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return
+    except (OSError, ValueError):
+        there = None
+    if there != settings:
+        differ = [key for key, value in settings.items() if (there or {}).get(key) != value]
+        got = f"{folder} ({', '.join(differ)} differ)"
+        rule = "a folder without a reproduction of other settings"
+        raise InputError.of("out", rule, got, "choose another folder, or remove this one")
+
+
+def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
+    """Draw a figure unless it is there; its record is written last."""
+    stem = folder / f"figure_{figure.name}"
+    png, pdf, record = (stem.with_suffix(suffix) for suffix in (".png", ".pdf", ".json"))
+    if not all(path.exists() for path in (png, pdf, record)):
+        started = time.perf_counter()
+        axes = figure.draw(study)
+        write_figure(png, axes)
+        write_figure(pdf, axes)
+        how = f"{figure.how}; {data_name(study)}" if figure.experiment else figure.how
+        made = {
+            "figure": figure.name,
+            "title": figure.title,
+            "caption": figure.caption,
+            "how": how,
+            "seconds": round(time.perf_counter() - started, 2),
+        }
+        with written_aside(record) as unfinished:
+            unfinished.write_text(_json(made), encoding="utf-8")
+    made = json.loads(record.read_text(encoding="utf-8"))
+    return MadeFigure(figure, png, pdf, made["how"], made["seconds"])
+
+
+def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
+    import pandas as pd
+
+    record = folder / f"{NUMBERS}.json"
+    if not record.exists():
+        started = time.perf_counter()
+        found = [number.to_dict() for number in numbers(study)]
+        with written_aside(folder / f"{NUMBERS}.csv") as unfinished:
+            pd.DataFrame(found).to_csv(unfinished, index=False)
+        made = {"numbers": found, "seconds": round(time.perf_counter() - started, 2)}
+        with written_aside(record) as unfinished:
+            unfinished.write_text(_json(made), encoding="utf-8")
+    made = json.loads(record.read_text(encoding="utf-8"))
+    return [Number(**_known(each)) for each in made["numbers"]], made["seconds"]
+
+
+def _known(values: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

@@ -1,0 +1,78 @@
+"""The page of a reproduction: verdicts on every number, and every figure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from pinchoff.figures.page import Page
+
+if TYPE_CHECKING:
+    from pinchoff.paper.make import Reproduction
+    from pinchoff.paper.numbers import Number
+
+COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
+
+VERDICTS = {
+    "agrees": "agree",
+    "differs": "differ",
+    "misprint": "are misprints of the paper",
+    "needs the authors' data": "need the authors' data",
+}
+"""Verdicts on several numbers."""
+
+
+def verdicts(made: Reproduction) -> str:
+    """Say how many numbers agree and how many do not."""
+    counts = Counter(str(number.verdict) for number in made.numbers)
+    said = [f"{counts[verdict]} {words}" for verdict, words in VERDICTS.items() if counts[verdict]]
+    return f"Of {len(made.numbers)} numbers {', '.join(said)}"
+
+
+def _sources(number: Number) -> str:
+    return "; ".join(filter(None, (number.place, number.how, number.note)))
+
+
+def reproduction_page(made: Reproduction) -> Page:
+    """Return the page."""
+    synthetic = made.settings["experiment"] is None
+    notice = (
+        "There are no real collisions in this reproduction: what the paper measured is replaced by "
+        "synthetic collisions, drawn from the paper's own law under its conditions. Where they are "
+        "used, it is said; agreement there shows that the analysis works, not that the experiment "
+        "was repeated."
+        if synthetic
+        else ""
+    )
+    summary = (
+        "Figures and numbers of “Droplet Breakup Against an Isolated Obstacle” (Meer, Sista, "
+        "Shattuck, O'Hern and Weeks, Soft Matter 2026, doi 10.1039/D5SM01266J), remade."
+    )
+    page = Page("The paper, remade", summary, notice)
+    if made.numbers:
+        page.section("Numbers")
+        page.paragraph(f"{verdicts(made)}.")
+        page.table(
+            COLUMNS,
+            [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in made.numbers],
+        )
+    for figure in made.figures:
+        page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
+        page.figure(figure.png, figure.figure.caption)
+        page.paragraph(f"From: {figure.how}. For papers: {figure.pdf.name}.")
+    if made.left_out:
+        page.section("Figures that were left out")
+        page.facts({f"Figure {name}": reason for name, reason in made.left_out.items()})
+    page.section("Provenance")
+    settings = made.settings
+    page.facts(
+        {
+            "version": settings["pinchoff_version"],
+            "seed": settings["seed"],
+            "simulations": "quick: fewer and coarser" if settings["quick"] else "full",
+            "experiment": "synthetic" if synthetic else f"sha256 {settings['experiment'][:16]}…",
+            "time": f"{made.seconds:.0f} s",
+            "constants": "preset default, unless a caption says otherwise",
+        }
+    )
+    return page

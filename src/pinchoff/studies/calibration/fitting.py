@@ -1,0 +1,385 @@
+"""Choose constants of the model so that its separating line meets a target."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from pinchoff.model.parameters import CA_PER_CA_SIM, Parameters
+from pinchoff.model.simulation import thread_count
+from pinchoff.studies.calibration.conversions import Conversion, match_onset
+from pinchoff.studies.calibration.sensitivity import Landscape, landscape, sensitivity_table
+from pinchoff.studies.calibration.targets import Floats, Target, as_target
+from pinchoff.studies.calibration.trials import CONVERSION, Evaluation, Trials
+from pinchoff.support.checked import unknown_name
+from pinchoff.support.errors import InputError
+from pinchoff.support.progress import progress_bar
+
+if TYPE_CHECKING:
+    import os
+
+    import pandas as pd
+
+    from pinchoff.collisions.law import Line
+
+Bounds: TypeAlias = dict[str, tuple[float, float]]
+
+FREE: Mapping[str, tuple[float, float]] = {
+    "edge_stiffness": (1.0, 6.0),
+    "neck_separation": (0.15, 0.42),
+    "neck_thickness": (0.08, 0.3),
+    "line_tension": (20.0, 2000.0),
+    CONVERSION: (3e-5, 3e-4),
+}
+"""Constants that may be free, and their bounds unless others are given."""
+
+_IN_DIAMETERS = (0.15, 1.5)  # bounds of neck_separation in D0; half a circle is 1.57
+
+LANDSCAPES = (("edge_stiffness", "neck_separation"), ("neck_separation", "neck_thickness"))
+"""Pairs of constants whose landscape is drawn."""
+
+LOG = "evaluations.jsonl"
+
+_FORMAT = 1
+_TOLERANCE = 0.01  # of the place, in parts of the bounds, and
+_FLATNESS = 1e-3  # of the objective, about its roughness from the brackets, at which it ends
+_FIRST_STEP = 0.15  # in parts of the bounds
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration:
+    """Constants with which the simulated line is nearest to a target, and how firmly.
+
+    Attributes
+    ----------
+    target : LineTarget or CollisionsTarget
+    parameters : Parameters
+        The base with the best constants; its offset and Ca_sim have no meaning here.
+    best, start : Evaluation
+        The line with the best constants and that of the base.
+    bounds : dict of str to (float, float)
+        Of the free constants.
+    control : ndarray, shape (n,)
+        x = Ca Ã z̃ where the lines are compared.
+    converged : bool
+        Whether the search ended by itself, and not because its evaluations were used up.
+    evaluations : DataFrame
+        Every evaluation there is: constants, ``objective`` and ``runs``.
+    sensitivity : DataFrame
+        By constant: relative change of S_c per relative change of the constant.
+    landscapes : list of Landscape
+    conversion : Conversion or None
+        c from matching the onset, with its range.
+    """
+
+    target: Target
+    parameters: Parameters
+    best: Evaluation
+    start: Evaluation
+    bounds: Bounds
+    control: Floats
+    converged: bool
+    evaluations: pd.DataFrame
+    sensitivity: pd.DataFrame
+    landscapes: list[Landscape]
+    conversion: Conversion | None
+
+    @property
+    def at_bound(self) -> list[str]:
+        """Free constants that the search drove to within 1 % of one of their bounds."""
+        value = self.best.changes
+        return [
+            name
+            for name, ends in self.bounds.items()
+            if any(abs(math.log(value[name] / end)) < 0.01 for end in ends)
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what JSON can hold."""
+        return {
+            "target": self.target.settings(),
+            "objective_name": self.target.objective_name,
+            "objective": self.best.objective,
+            "objective_of_base": self.start.objective,
+            "best": dict(self.best.changes),
+            "bounds": {name: list(ends) for name, ends in self.bounds.items()},
+            "at_bound": self.at_bound,
+            "converged": self.converged,
+            "control_parameter": self.control.tolist(),
+            "best_line": self.best.to_dict(),
+            "base_line": self.start.to_dict(),
+            "sensitivity": self.sensitivity.to_dict("records"),
+            "conversion": None if self.conversion is None else self.conversion.to_dict(),
+            "evaluations": len(self.evaluations),
+            "parameters": self.parameters.model_dump(mode="json"),
+        }
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.changes.items())
+        return (
+            f"<Calibration to {self.target.name}: {said}; {self.target.objective_name} "
+            f"{self.best.objective:.4g}>"
+        )
+
+
+def calibrate(
+    target: str | os.PathLike[str] | pd.DataFrame | Line | Target,
+    free: Iterable[str] | Mapping[str, tuple[float, float]] = ("edge_stiffness", "neck_thickness"),
+    base: Parameters | None = None,
+    *,
+    points: int = 6,
+    width: float = 0.005,
+    scan: int = 16,
+    evaluations: int = 80,
+    grid: int = 0,
+    out: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> Calibration:
+    """Fit constants of the model to a separating line or to measured collisions.
+
+    For each trial set of constants the separating line is simulated at a few places in
+    x = Ca Ã z̃ and compared with the target. The search is that of Nelder and Mead, in logarithms
+    and within bounds, from the base on; it finds the valley that the base lies in.
+
+    Parameters
+    ----------
+    target : str, path-like, DataFrame, Line, LineTarget or CollisionsTarget
+        ``"paper-simulation"``, ``"paper-experiment"``, a line, or collisions with the columns
+        ``symmetry``, ``capillary_number``, ``normalized_area``, ``normalized_thickness`` and
+        ``broke`` as a table, Parquet or CSV file. Collisions are compared by the log loss of
+        `CollisionsTarget.loss`, lines by their rms distance in ln S.
+    free : iterable of str, or mapping of str to (float, float), optional
+        Names of the constants to fit, or names and bounds, among ``edge_stiffness``,
+        ``neck_separation``, ``neck_thickness``, ``line_tension`` and ``conversion``, which is c in
+        Ca = c Ca_sim. Whole numbers such as ``vertex_count`` stay as they are.
+    base : Parameters, optional
+        The other constants, and where to start; the default preset unless given.
+    points : int, optional
+        Places in x, evenly spaced in ln x over the target's range.
+    width, scan : float and int, optional
+        As of `pinchoff.boundary`.
+    evaluations : int, optional
+        The most evaluations of the search.
+    grid : int, optional
+        Values of each constant for the landscapes in `LANDSCAPES`; 0: none are made.
+    out : path-like, optional
+        Folder for the evaluations, which a second call with the same settings takes up.
+    threads : int, optional
+        How many threads; by default as many as there are cores for this process.
+    progress : bool, optional
+        Whether to show a bar on stderr; by default when that is a terminal.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        An argument is wrong, or `out` holds evaluations of other settings.
+    PinchoffError
+        An evaluation cannot be written; what is there stays.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, points=3,
+    ...                      width=0.02, scan=8, evaluations=6)
+    >>> found.best.objective <= found.start.objective
+    True
+    """
+    aim = as_target(target)
+    model = _base(aim, base)
+    bounds = _bounds(free, model)
+    _require_whole("points", points, 3, 50, "use 6")
+    _require_whole("evaluations", evaluations, 1, 100_000, "use 80")
+    if grid:
+        _require_whole("grid", grid, 3, 50, "use 7, or 0 for no landscapes")
+    control = np.geomspace(*aim.control_range, points)
+    trials = Trials(
+        aim,
+        model,
+        control,
+        width=width,
+        scan=scan,
+        threads=thread_count(threads),
+        settings=_settings(aim, model, bounds, points, width, scan),
+        path=None if out is None else Path(out) / LOG,
+    )
+    shown = sys.stderr.isatty() if progress is None else progress
+    total = 1 + evaluations + len(LANDSCAPES) * grid**2
+    with progress_bar(shown, "evaluations", total) as show:
+        trials.on_evaluation = show
+        start = trials(_values_of(bounds, model))
+        best, converged = _search(trials, bounds, start, evaluations)
+        surfaces = [
+            landscape(trials, best, names, _grid_of(names, bounds, model, grid))
+            for names in (LANDSCAPES if grid else ())
+        ]
+        trials.on_evaluation = None
+        table = sensitivity_table(trials, best)
+    parameters = trials.parameters(best.changes)
+    return Calibration(
+        target=aim,
+        parameters=parameters,
+        best=best,
+        start=start,
+        bounds=bounds,
+        control=control,
+        converged=converged,
+        evaluations=_evaluations_table(trials),
+        sensitivity=table,
+        landscapes=surfaces,
+        conversion=match_onset(aim, parameters, threads=threads),
+    )
+
+
+def _search(
+    trials: Trials, bounds: Bounds, start: Evaluation, most: int
+) -> tuple[Evaluation, bool]:
+    """Return the best evaluation of a search from the start, and whether it came to an end."""
+    from scipy.optimize import minimize
+
+    names = list(bounds)
+    ends = np.array([bounds[name] for name in names]).T
+    low, span = np.log(ends[0]), np.log(ends[1] / ends[0])
+    found = [start]
+
+    def objective(place: Floats) -> float:
+        values = np.clip(np.exp(low + span * place), *ends)  # rounding must not leave the bounds
+        changes = dict(zip(names, values.tolist(), strict=True))
+        found.append(trials(changes))
+        return found[-1].objective
+
+    origin = (np.log([start.changes[name] for name in names]) - low) / span
+    steps = np.where(origin > 0.5, -_FIRST_STEP, _FIRST_STEP)
+    simplex = np.vstack([origin, origin + np.diag(steps)])
+    options = {
+        "initial_simplex": simplex,
+        "maxfev": most,
+        "xatol": _TOLERANCE,
+        "fatol": _FLATNESS,
+    }
+    result = minimize(
+        objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
+    )
+    return min(found, key=lambda each: each.objective), bool(result.success)
+
+
+def _base(target: Target, base: object) -> Parameters:
+    model = Parameters() if base is None else base
+    if not isinstance(model, Parameters):
+        raise InputError.of("base", "a Parameters", base, "build it with pinchoff.Parameters(...)")
+    changes = {} if target.size_ratio is None else {"size_ratio": target.size_ratio}
+    return model.replace(offset=0.0, follow_daughters=False, scale=None, **changes)
+
+
+def _bounds(free: object, model: Parameters) -> Bounds:
+    """Check the names and bounds of the free constants."""
+    if isinstance(free, str) or not isinstance(free, Iterable):
+        raise InputError.of("free", "names of constants", free, f"write [{free!r}]")
+    given = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
+    if not given:
+        raise InputError.of(
+            "free", "one constant or more", "none", f"choose from {', '.join(FREE)}"
+        )
+    bounds: Bounds = {}
+    for name, ends in given.items():
+        if name not in FREE:
+            if name in ("vertex_count", "follow_daughters", "neck_separation_unit"):
+                advice = "set it in base, and compare calibrations"
+                raise InputError.of("free", "a continuous constant", repr(name), advice)
+            raise unknown_name("free", "a constant that may be free", name, FREE)
+        bounds[name] = _ends(name, _default_bounds(name, model) if ends is None else ends)
+        _require_inside(name, bounds[name], model)
+    return bounds
+
+
+def _default_bounds(name: str, model: Parameters) -> tuple[float, float]:
+    diameters = name == "neck_separation" and model.neck_separation_unit == "diameter"
+    return _IN_DIAMETERS if diameters else FREE[name]
+
+
+def _ends(name: str, ends: Any) -> tuple[float, float]:
+    try:
+        low, high = (float(end) for end in ends)
+    except (TypeError, ValueError):
+        low, high = math.nan, math.nan
+    if not (0 < low < high < math.inf):
+        rule = "two positive, finite bounds, the lower one first"
+        raise InputError.of(f"free[{name!r}]", rule, ends, "write them as (low, high)")
+    return low, high
+
+
+def _require_inside(name: str, ends: tuple[float, float], model: Parameters) -> None:
+    value = CA_PER_CA_SIM if name == CONVERSION else getattr(model, name)
+    if not ends[0] <= value <= ends[1]:
+        advice = "widen the bounds, or start from another base"
+        rule = f"bounds that hold the base's {value:g}"
+        raise InputError.of(f"free[{name!r}]", rule, list(ends), advice)
+    if name == CONVERSION:
+        return
+    # The end itself is looked at here; one that does not go with others is met in the search.
+    others: dict[str, Any] = {"neck_thickness": 0.0}
+    if name == "neck_thickness":
+        others = {"neck_separation_unit": "perimeter", "neck_separation": 0.49}
+    for end in ends:
+        try:
+            model.replace(**{**others, name: end})
+        except InputError as error:
+            raise error.within("free") from None
+
+
+def _values_of(bounds: Bounds, model: Parameters) -> dict[str, float]:
+    return {
+        name: CA_PER_CA_SIM if name == CONVERSION else float(getattr(model, name))
+        for name in bounds
+    }
+
+
+def _grid_of(
+    names: tuple[str, str], bounds: Bounds, model: Parameters, count: int
+) -> tuple[Floats, Floats]:
+    ends = [bounds.get(name) or _default_bounds(name, model) for name in names]
+    first, second = (np.clip(np.geomspace(*pair, count), *pair) for pair in ends)
+    return first, second
+
+
+def _settings(
+    target: Target, model: Parameters, bounds: Bounds, points: int, width: float, scan: int
+) -> dict[str, Any]:
+    from pinchoff import __version__
+
+    return {
+        "format": _FORMAT,
+        "pinchoff_version": __version__,
+        "target": target.settings(),
+        "base": model.model_dump(mode="json"),
+        "free": {name: list(ends) for name, ends in bounds.items()},
+        "points": points,
+        "width": width,
+        "scan": scan,
+    }
+
+
+def _evaluations_table(trials: Trials) -> pd.DataFrame:
+    import pandas as pd
+
+    rows = [
+        {**each.changes, "objective": each.objective, "runs": each.runs, "failed": each.failed_runs}
+        for each in trials
+    ]
+    return pd.DataFrame(rows)
+
+
+def _require_whole(name: str, value: object, low: int, high: int, advice: str) -> None:
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not (whole and low <= int(value) <= high):  # type: ignore[call-overload]
+        raise InputError.of(name, f"a whole number from {low} to {high}", value, advice)

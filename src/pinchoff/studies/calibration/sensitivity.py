@@ -1,0 +1,139 @@
+"""How the simulated line answers to single constants, and to pairs of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pinchoff.model.parameters import Parameters
+from pinchoff.studies.calibration.targets import Floats
+from pinchoff.studies.calibration.trials import Evaluation, Trials
+from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+CONSTANTS = (
+    "edge_stiffness",
+    "neck_thickness",
+    "neck_separation",
+    "line_tension",
+    "area_stiffness",
+    "wall_stiffness",
+    "vertex_count",
+    "start_distance",
+)
+"""Constants whose sensitivity is looked at."""
+
+_STEP = 1.2  # factor up and down
+_VERTEX_STEP = 1.25
+_VERTEX_MULTIPLE = 4  # N_v is kept to multiples of it
+
+
+@dataclass(frozen=True, eq=False)
+class Landscape:
+    """The objective over two constants, the others as in the best set.
+
+    Attributes
+    ----------
+    names : (str, str)
+        The constants along x and along y.
+    x, y : ndarray, shape (nx,) and (ny,)
+        Their values.
+    objective : ndarray, shape (ny, nx)
+    best : (float, float)
+        Their values in the best set.
+    """
+
+    names: tuple[str, str]
+    x: Floats
+    y: Floats
+    objective: Floats
+    best: tuple[float, float]
+
+
+def landscape(
+    trials: Trials, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
+) -> Landscape:
+    """Evaluate the objective over a grid of two constants.
+
+    Parameters
+    ----------
+    trials : Trials
+    best : Evaluation
+        Gives the other constants.
+    names : (str, str)
+        Constants along x and y.
+    grid : (ndarray, ndarray)
+        Their values, shapes (nx,) and (ny,).
+    """
+    x, y = grid
+    objective = np.array(
+        [
+            [trials({**best.changes, names[0]: float(a), names[1]: float(b)}).objective for a in x]
+            for b in y
+        ]
+    )
+    model = trials.parameters(best.changes)
+    place = (float(getattr(model, names[0])), float(getattr(model, names[1])))
+    return Landscape(names, x, y, objective, place)
+
+
+def sensitivity_table(trials: Trials, best: Evaluation) -> pd.DataFrame:
+    """Return how much S_c answers to each of `CONSTANTS`, about the best set.
+
+    Each constant is made a fifth larger and a fifth smaller (N_v: a quarter, to a multiple of 4),
+    the others kept; what follows from one by default, as k̃_a and ε̃_w do from γ̃, follows it.
+
+    Returns
+    -------
+    DataFrame
+        ``constant``, ``value``, ``low`` and ``high`` (values that were tried), ``mean`` and
+        ``largest``: d ln S_c/d ln constant over the places, on average and of largest size;
+        ``objective_low`` and ``objective_high``. NaN where the runs do not decide.
+    """
+    import pandas as pd
+
+    model = trials.parameters(best.changes)
+    rows = []
+    for name in CONSTANTS:
+        ends = _ends(name, model)
+        low, high = (trials({**best.changes, name: end}) for end in ends)
+        change = np.log(high.critical_symmetry / low.critical_symmetry)
+        response = change / math.log(ends[1] / ends[0])
+        decided = bool(np.isfinite(response).all())
+        rows.append(
+            {
+                "constant": name,
+                "value": float(getattr(model, name)),
+                "low": ends[0],
+                "high": ends[1],
+                "mean": float(response.mean()) if decided else None,
+                "largest": float(response[np.argmax(np.abs(response))]) if decided else None,
+                "objective_low": low.objective,
+                "objective_high": high.objective,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _ends(name: str, model: Parameters) -> tuple[float, float]:
+    """Return values below and above that of the model, or its own where one is not allowed."""
+    value = getattr(model, name)
+    if name == "vertex_count":
+        steps = (value / _VERTEX_STEP, value * _VERTEX_STEP)
+        ends = [_VERTEX_MULTIPLE * round(each / _VERTEX_MULTIPLE) for each in steps]
+    else:
+        ends = [value / _STEP, value * _STEP]
+    return _allowed(name, ends[0], model), _allowed(name, ends[1], model)
+
+
+def _allowed(name: str, value: float, model: Parameters) -> float:
+    try:
+        model.replace(**{name: value})
+    except InputError:
+        return getattr(model, name)  # type: ignore[no-any-return]
+    return value

@@ -1,0 +1,262 @@
+"""The folder of a sweep: a manifest, and the collisions table in parts.
+
+A part holds a fixed range of point numbers and is either there, complete, or not there. Names of
+other files begin with ``_`` or ``.``, which readers of Parquet datasets pass over.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pinchoff.studies.sweep.design import SweepDesign
+from pinchoff.support.errors import InputError, PinchoffError
+from pinchoff.support.files import written_aside
+
+MANIFEST = "_sweep.json"
+
+_FORMAT = 1
+_ELSEWHERE = "choose another folder"
+
+
+@dataclass(frozen=True)
+class SweepDataset:
+    """The folder of one sweep.
+
+    Attributes
+    ----------
+    path : Path
+    count : int
+        Rows of the finished sweep.
+    part_size : int
+        Rows of every part but perhaps the last.
+    """
+
+    path: Path
+    count: int
+    part_size: int
+
+    @property
+    def part_count(self) -> int:
+        """How many parts the finished sweep has."""
+        return -(-self.count // self.part_size)
+
+    def rows_of(self, part: int) -> range:
+        """Return the numbers of the points in a part."""
+        start = part * self.part_size
+        return range(start, min(start + self.part_size, self.count))
+
+    def missing_parts(self) -> list[int]:
+        """Return the parts that are not there, or were damaged from outside."""
+        return [part for part in range(self.part_count) if not self._is_complete(part)]
+
+    def write(self, part: int, content: bytes) -> None:
+        """Write a part so that it appears at once, complete.
+
+        Raises
+        ------
+        PinchoffError
+            It cannot be written, for instance because the disk is full.
+        """
+        path = self._part_path(part)
+        try:
+            with written_aside(path, suffix=".unfinished") as unfinished:
+                unfinished.write_bytes(content)
+        except OSError as error:
+            raise PinchoffError(
+                f"{self.path} must be a folder that can take {len(content)} bytes more; got "
+                f"'{error.strerror}'; make room and give the same command again: what is "
+                "there stays"
+            ) from error
+
+    def _part_path(self, part: int) -> Path:
+        return self.path / f"part-{part:06d}.parquet"
+
+    def _is_complete(self, part: int) -> bool:
+        path = self._part_path(part)
+        try:
+            return bool(pq.read_metadata(path).num_rows == len(self.rows_of(part)))
+        except FileNotFoundError:
+            return False
+        except pa.ArrowException:  # for instance cut short when the power failed
+            return False
+
+
+def part_size_of(count: int) -> int:
+    """Return the rows of a part: some dozens of parts, of a size that is quick to compute."""
+    return min(1024, max(16, -(-count // 64)))
+
+
+def read_manifest(path: Path) -> dict[str, Any] | None:
+    """Return the manifest in a folder, or None where there is none.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+    try:
+        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except (OSError, ValueError) as error:
+        got = f"an unreadable one ({error})"
+        raise InputError.of(f"{path / MANIFEST}", "a manifest", got, _ELSEWHERE) from None
+    if not isinstance(manifest, dict) or manifest.get("format") != _FORMAT:
+        got = "something else"
+        raise InputError.of(f"{path / MANIFEST}", "a sweep's manifest", got, _ELSEWHERE)
+    return manifest
+
+
+@contextmanager
+def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
+    """Open the folder of a sweep for writing, alone, and make it where there is none.
+
+    Raises
+    ------
+    InputError
+        The folder cannot be written to, holds something else, or another process writes to it.
+    """
+    with _made_and_locked(path):
+        manifest = read_manifest(path)
+        if manifest is None:
+            _require_empty(path)
+            manifest = manifest_of(design)
+            with _writable(path), written_aside(path / MANIFEST) as unfinished:
+                unfinished.write_text(
+                    json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
+                )
+        require_same(manifest, design, path)
+        with _writable(path):
+            for leftover in [*path.glob(".part-*"), *path.glob("._sweep*")]:
+                leftover.unlink()
+        yield SweepDataset(path, manifest["count"], manifest["part_size"])
+
+
+def manifest_of(design: SweepDesign) -> dict[str, Any]:
+    """Return the manifest of a sweep that begins."""
+    from pinchoff import __version__
+
+    return {
+        "format": _FORMAT,
+        "pinchoff_version": __version__,
+        "configuration_hash": design.fingerprint,
+        "configuration": design.configuration,
+        "count": len(design),
+        "part_size": part_size_of(len(design)),
+        "last_point": _probe(design),
+    }
+
+
+def require_same(manifest: Mapping[str, Any], design: SweepDesign, path: Path) -> None:
+    """Refuse to go on with a sweep that was begun with something else.
+
+    Raises
+    ------
+    InputError
+        The version, the configuration or the sample differs; says what.
+    """
+    from pinchoff import __version__
+
+    version = manifest["pinchoff_version"]
+    if version != __version__:
+        raise InputError.of(
+            "out",
+            f"a folder of pinchoff {__version__}, or a new one",
+            f"{path} of pinchoff {version}",
+            f"finish it with pinchoff {version}, or choose another folder: versions do not mix",
+        )
+    if manifest["configuration_hash"] != design.fingerprint:
+        before, now = _flat(manifest["configuration"]), _flat(design.configuration)
+        changes = [
+            f"{key} = {_shown(now, key)}, there {_shown(before, key)}"
+            for key in dict.fromkeys([*before, *now])
+            if before.get(key) != now.get(key)
+        ] or ["the order of the varied parameters differs"]
+        more = f" (and {len(changes) - 1} more changes)" if len(changes) > 1 else ""
+        raise InputError.of(
+            "out",
+            "a new folder, or one with a sweep of this very configuration",
+            f"{changes[0]}{more}",
+            f"undo the change, or choose another folder than {path}",
+        )
+    if manifest["last_point"] != _probe(design):
+        raise InputError.of(
+            "out",
+            "a folder whose sample is drawn like this one",
+            "other points for the same seed",
+            "use the version of scipy that began the sweep, or choose another folder",
+        )
+
+
+def _probe(design: SweepDesign) -> dict[str, Any]:
+    """Return what tells two drawings of a sample apart: its last point."""
+    last = design.point(len(design) - 1).model_dump(mode="json", exclude_none=True)
+    varied = {axis.name for axis in design.axes}
+    return {name: value for name, value in last.items() if name in varied or name == "scale"}
+
+
+def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    leaves: dict[str, Any] = {}
+    for key, value in tree.items():
+        if isinstance(value, Mapping):
+            leaves |= _flat(value, f"{prefix}{key}.")
+        else:
+            leaves[prefix + key] = value
+    return leaves
+
+
+def _shown(leaves: Mapping[str, Any], key: str) -> str:
+    return repr(leaves[key]) if key in leaves else "nothing"
+
+
+def _require_empty(path: Path) -> None:
+    found = [entry.name for entry in path.iterdir() if not entry.name.startswith(".")]
+    if found:
+        got = f"{path}, which holds {sorted(found)[0]}"
+        rule = "a new or empty folder, or that of a sweep"
+        raise InputError.of("out", rule, got, _ELSEWHERE)
+
+
+@contextmanager
+def _writable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        got = f"{path} ({error.strerror})"
+        raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
+
+
+@contextmanager
+def _made_and_locked(path: Path) -> Iterator[None]:
+    """Make the folder and keep other sweeps out; the system unlocks it when a process dies."""
+    with _writable(path):
+        path.mkdir(parents=True, exist_ok=True)
+    if sys.platform == "win32":  # no locks on folders
+        yield
+        return
+    import fcntl
+
+    with _writable(path):
+        folder = os.open(path, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError.of(
+                "out", "a folder for one sweep at a time", f"{path}, in use", "wait for the other"
+            ) from None
+        except OSError:
+            pass  # a file system without locks: parts still appear complete or not at all
+        yield
+    finally:
+        os.close(folder)

@@ -1,0 +1,237 @@
+"""A virtual experiment: collisions as the paper's, drawn from a law or computed by the engine.
+
+Its tables are synthetic and say so in the source of every row.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
+
+import numpy as np
+
+from pinchoff.collisions.law import (
+    PAPER_EXPERIMENT_LINE,
+    PAPER_WIDTH,
+    Line,
+    LineLike,
+    as_line,
+    breakup_number,
+    breakup_probability,
+)
+from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
+from pinchoff.collisions.segments import symmetry_of_impact
+from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.errors import InputError
+from pinchoff.support.quantities import CA_PER_CA_SIM, capillary_number
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+PAPER_COUNT = 5056
+"""Collisions of the paper's experiments."""
+
+PAPER_SYMMETRY_NOISE = 0.088
+"""The paper's uncertainty of S."""
+
+TRUE_SYMMETRY = Column("true_symmetry", "1", "float64", "S without the error of its measurement")
+"""Column of a virtual experiment that a real one does not have."""
+
+Outcomes = Literal["law", "engine"]
+
+
+class Condition(NamedTuple):
+    """Parameters of one series of experiments, and its share of the collisions."""
+
+    obstacle_radius_um: float
+    thickness_um: float
+    viscosity_mPa_s: float  # noqa: N815
+    share: float
+
+
+CONDITIONS = (
+    Condition(85.0, 85.0, 48.0, 1 / 3),
+    Condition(85.0, 85.0, 96.0, 1 / 6),
+    Condition(60.0, 85.0, 48.0, 1 / 6),
+    Condition(120.0, 85.0, 48.0, 1 / 6),
+    Condition(85.0, 45.0, 48.0, 1 / 6),
+)
+"""The paper's standard experiment, and those that vary one parameter of it. The shares are ours."""
+
+SURFACE_TENSION_MN_M = 20.0
+"""γ of all of them, mN/m."""
+
+SPEEDS_MM_S = (0.5, 2.0)
+DIAMETERS_UM = (100.0, 600.0)
+"""The paper's ranges; drawn evenly, which is ours too."""
+
+
+def virtual_experiment(
+    seed: int,
+    n: int = PAPER_COUNT,
+    *,
+    outcomes: Outcomes = "law",
+    line: LineLike = PAPER_EXPERIMENT_LINE,
+    width: float = PAPER_WIDTH,
+    symmetry_noise: float = PAPER_SYMMETRY_NOISE,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> pd.DataFrame:
+    """Make a synthetic table of collisions under the paper's five conditions.
+
+    Speeds and diameters are drawn evenly from the paper's ranges, and impact parameters from 0 to
+    half a diameter, beyond which the centreline misses the droplet.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same table.
+    n : int, optional
+        Collisions.
+    outcomes : "law" or "engine", optional
+        "law": S of a circle, and break-up with P = x/(1 + x), x = Bk^(1/w). "engine": every
+        collision is simulated, from the impact parameter on as its start; that gives S, outcome,
+        daughters and necks, and droplets that never touch the obstacle are drawn anew. The engine
+        is two-dimensional: a chamber's thickness acts in it as in the law, through Ca z̃.
+    line : Line, fitted law or str, optional
+        Of the law; as of `pinchoff.breakup_number`.
+    width : float, optional
+        w of the law; 0: a step.
+    symmetry_noise : float, optional
+        Standard error of the measured S, reflected at 0 and 1.
+    threads, progress
+        As of `pinchoff.simulate_many`.
+
+    Returns
+    -------
+    DataFrame
+        With `pinchoff.collisions.schema.SHARED_COLUMNS`, and ``true_symmetry`` behind them; the
+        source of every row begins with "synthetic".
+
+    Raises
+    ------
+    InputError
+        An argument is wrong.
+    """
+    _require(seed, n, outcomes, width, symmetry_noise)
+    generator = np.random.default_rng(seed)
+    if outcomes == "engine":
+        columns = _simulated(generator, n, threads, progress)
+    else:
+        columns = _by_law(generator, n, as_line(line), width)
+    noise = generator.normal(0.0, symmetry_noise, n) if symmetry_noise else np.zeros(n)
+    columns["symmetry"] = _reflected(columns["true_symmetry"] + noise)
+    columns["source"] = np.full(n, f"{SYNTHETIC}, by {outcomes}", dtype=object)
+    columns["breakup_number"] = breakup_number(
+        columns["capillary_number"],
+        columns["normalized_area"],
+        columns["symmetry"],
+        columns["normalized_thickness"],
+    )
+    return measured_table(columns, [TRUE_SYMMETRY])
+
+
+def _drawn(generator: np.random.Generator, n: int) -> dict[str, NDArray[Any]]:
+    """Draw what an experimenter sets, and what follows from it."""
+    which = generator.choice(len(CONDITIONS), n, p=[each.share for each in CONDITIONS])
+    of_condition = np.array(CONDITIONS)[which]
+    radius, thickness, viscosity = of_condition[:, :3].T
+    speed = generator.uniform(*SPEEDS_MM_S, n)
+    area = math.pi / 4.0 * generator.uniform(*DIAMETERS_UM, n) ** 2
+    tension = np.full(n, SURFACE_TENSION_MN_M)
+    return {
+        "obstacle_radius_um": radius,
+        "thickness_um": thickness,
+        "viscosity_mPa_s": viscosity,
+        "surface_tension_mN_m": tension,
+        "speed_mm_s": speed,
+        "area_um2": area,
+        "capillary_number": capillary_number(viscosity, speed, tension),
+        "normalized_area": area / radius**2,
+        "normalized_thickness": thickness / radius,
+    }
+
+
+def _by_law(
+    generator: np.random.Generator, n: int, line: Line, width: float
+) -> dict[str, NDArray[Any]]:
+    drawn = _drawn(generator, n)
+    impact = generator.uniform(0.0, 0.5, n)
+    symmetry = symmetry_of_impact(impact)
+    bk = breakup_number(
+        drawn["capillary_number"],
+        drawn["normalized_area"],
+        symmetry,
+        drawn["normalized_thickness"],
+        line=line,
+    )
+    probability = breakup_probability(bk, width) if width else bk > 1.0
+    broke = generator.random(n) < probability
+    return {**drawn, "true_symmetry": symmetry, "impact_parameter": impact, "broke": broke}
+
+
+def _simulated(
+    generator: np.random.Generator, n: int, threads: int | None, progress: bool | None
+) -> dict[str, NDArray[Any]]:
+    """Simulate until n droplets have touched their obstacle."""
+    parts: list[dict[str, NDArray[Any]]] = []
+    there = 0
+    while there < n:
+        tries = 2 * (n - there)  # about half of them touch
+        drawn = _drawn(generator, tries)
+        offsets = generator.uniform(0.0, 0.5, tries)
+        columns = {**drawn, **_runs(drawn, offsets, threads, progress)}
+        touched = np.flatnonzero(np.isfinite(columns["true_symmetry"]))[: n - there]
+        parts.append({name: column[touched] for name, column in columns.items()})
+        there += len(touched)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _runs(
+    drawn: dict[str, NDArray[Any]], offsets: Floats, threads: int | None, progress: bool | None
+) -> dict[str, NDArray[Any]]:
+    from pinchoff.model.parameters import Parameters
+    from pinchoff.model.simulation import simulate_many
+
+    diameter = np.sqrt(4.0 / math.pi * drawn["area_um2"])
+    forcing = drawn["capillary_number"] * drawn["normalized_thickness"] / CA_PER_CA_SIM
+    ratio = diameter / drawn["obstacle_radius_um"]
+    parameters = [
+        Parameters(
+            size_ratio=size, simulation_capillary_number=ca, offset=y, follow_daughters=False
+        )
+        for size, ca, y in zip(ratio.tolist(), forcing.tolist(), offsets.tolist(), strict=True)
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # such rows say why they are rejected
+        runs = simulate_many(parameters, threads=threads, progress=progress)
+    names = ("accepted", "reject_reason", "impact_parameter", "daughter_area_ratio")
+    return {
+        "true_symmetry": runs["symmetry"].to_numpy(),
+        "broke": runs["broke"].to_numpy(dtype=object),
+        "neck_thickness": runs["neck_thickness"].to_numpy(),
+        "neck_um": runs["neck_thickness"].to_numpy() * diameter,
+        **{name: runs[name].to_numpy() for name in names},
+    }
+
+
+def _reflected(symmetry: Floats) -> Floats:
+    above = np.abs(symmetry)
+    return np.where(above > 1.0, 2.0 - above, above)
+
+
+def _require(seed: object, n: object, outcomes: object, width: object, noise: object) -> None:
+    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
+    if not whole or int(seed) < 0:  # type: ignore[call-overload]
+        raise InputError.of("seed", "a whole number, 0 or more", seed, "use 1")
+    if not isinstance(n, int) or isinstance(n, bool) or not 1 <= n <= 10_000_000:
+        raise InputError.of("n", "a whole number from 1 to 10000000", n, f"use {PAPER_COUNT}")
+    if outcomes not in get_args(Outcomes):
+        raise InputError.of("outcomes", "'law' or 'engine'", outcomes, "use 'law'")
+    for name, value, high in (("width", width, 10.0), ("symmetry_noise", noise, 0.5)):
+        if not 0.0 <= finite_or_nan(value) <= high:
+            raise InputError.of(name, f"a number from 0 to {high:g}", value, "use 0.098 or 0")

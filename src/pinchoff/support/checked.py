@@ -1,0 +1,135 @@
+"""Immutable, checked models whose refusals are `InputError` and name the key."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterable, Mapping
+from numbers import Real
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from pinchoff.support.errors import InputError
+
+
+def unknown_name(argument: str, rule: str, got: object, known: Iterable[str]) -> InputError:
+    """Make the error for a name that does not exist, suggesting the nearest one that does."""
+    names = sorted(known)
+    near = difflib.get_close_matches(str(got), names, n=1)
+    advice = f"did you mean '{near[0]}'?" if near else f"choose from {', '.join(names)}"
+    return InputError.of(argument, rule, repr(got), advice)
+
+
+def finite_or_nan(value: object) -> float:
+    """Return a number as a float; NaN for one that is not finite and for what is no number."""
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return math.nan
+    try:
+        converted = float(value)
+    except OverflowError:
+        return math.nan
+    return converted if math.isfinite(converted) else math.nan
+
+
+def _not_boolean(value: object) -> object:
+    if isinstance(value, bool):
+        raise ValueError
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_not_boolean), Field(allow_inf_nan=False)]
+WholeNumber = Annotated[int, BeforeValidator(_not_boolean)]
+
+
+def explained(rule: str, meaning: str, **options: Any) -> Any:
+    """Return a pydantic field that carries its rule and meaning into the error message.
+
+    Parameters
+    ----------
+    rule : str
+        Completes "<name> must be".
+    meaning : str
+        Completes "give".
+    **options
+        For `pydantic.Field`: the default and the bounds.
+    """
+    return Field(description=meaning, json_schema_extra={"rule": rule}, **options)
+
+
+def number(low: float, high: float, meaning: str, **options: Any) -> Any:
+    """Return a pydantic field for a number in [low, high]."""
+    rule = f"a finite number from {low:g} to {high:g}"
+    return explained(rule, meaning, ge=low, le=high, **options)
+
+
+class Checked(BaseModel):
+    """Immutable model; None stands for the default of a value.
+
+    Raises
+    ------
+    InputError
+        A value is refused, a name is unknown, or something is missing.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    if not TYPE_CHECKING:  # type checkers take the keywords from the fields
+
+        def __init__(self, **values: Any) -> None:
+            given = {name: value for name, value in values.items() if value is not None}
+            try:
+                super().__init__(**given)
+            except ValidationError as error:
+                raise _refusal(type(self), error) from None
+
+        def __setattr__(self, name: str, value: object) -> None:
+            raise InputError.of(name, "left as it was made", value, f"use replace({name}=...)")
+
+    def replace(self, **changes: Any) -> Self:
+        """Return a copy with some values changed, checked anew.
+
+        A value that was never given keeps following its default, also where that depends on
+        another value. None goes back to the default.
+
+        Raises
+        ------
+        InputError
+            As the constructor.
+        """
+        given = {name: getattr(self, name) for name in self.model_fields_set}
+        return type(self)(**{**given, **changes})
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """Check a mapping of values, as the constructor does."""
+        try:
+            return super().model_validate(obj, **options)
+        except ValidationError as error:
+            raise _refusal(cls, error) from None
+
+    def __str__(self) -> str:
+        return repr(self)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """Return a copy as `replace` does: a copy is checked like the original."""
+        return self.replace(**(update or {}))
+
+
+def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:
+    """Turn the first of pydantic's findings into an error of our form."""
+    finding = error.errors(include_url=False)[0]
+    name = str(finding["loc"][0]) if finding["loc"] else ""
+    cause = finding.get("ctx", {}).get("error")
+    if isinstance(cause, InputError):
+        return cause.within(name) if name else cause
+    if not name:
+        advice = "give it as keywords"
+        return InputError.of(model.__name__, "a table of values", finding["input"], advice)
+    field = model.model_fields.get(name)
+    if field is None:
+        return unknown_name(name, "the name of a parameter", name, model.model_fields)
+    extra = field.json_schema_extra
+    assert isinstance(extra, dict)
+    got = "nothing" if finding["type"] == "missing" else repr(finding["input"])
+    return InputError.of(name, str(extra["rule"]), got, f"give {field.description}")

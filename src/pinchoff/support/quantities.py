@@ -1,0 +1,335 @@
+"""Physical quantities in and out: what the dimensionless numbers stand for."""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pinchoff.support.checked import Checked, Number, explained, unknown_name
+from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+
+    Physical = str | pint.Quantity[Any]
+
+CA_PER_CA_SIM = 9.8e-5
+"""Capillary number of the experiment per that of the simulation [paper, eq. conv]."""
+
+THICKNESS_TOLERANCE = 0.01
+"""How far z/R may be off 1, the thickness of the two-dimensional model, without a warning."""
+
+
+def capillary_number(
+    viscosity_mPa_s: ArrayLike,  # noqa: N803
+    speed_mm_s: ArrayLike,
+    surface_tension_mN_m: ArrayLike,  # noqa: N803
+) -> NDArray[np.float64]:
+    """Return Ca = μv/γ [paper, eq. capillary], dimensionless.
+
+    Parameters
+    ----------
+    viscosity_mPa_s, speed_mm_s, surface_tension_mN_m : array_like, shape (...)
+    """
+    viscosity, speed, tension = (
+        np.asarray(each, dtype=np.float64)
+        for each in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
+    )
+    return np.asarray(viscosity * speed / tension * 1e-3, dtype=np.float64)
+
+
+def _positive(meaning: str) -> Any:
+    return explained("a positive, finite number", meaning, gt=0.0)
+
+
+class PhysicalScale(Checked):
+    """The experiment that dimensionless parameters stand for.
+
+    Parameters
+    ----------
+    diameter_um : float
+        D0, the undeformed droplet's diameter, µm.
+    speed_mm_s : float
+        v_f∞, the fluid's speed, mm/s.
+    obstacle_radius_um : float
+        R, µm.
+    thickness_um : float
+        z, the chamber's thickness, µm.
+    viscosity_mPa_s : float
+        μ, the fluid's dynamic viscosity, mPa s.
+    surface_tension_mN_m : float
+        γ, mN/m.
+
+    Raises
+    ------
+    InputError
+        A value is missing, not finite or not positive.
+    """
+
+    diameter_um: Annotated[Number, _positive("the undeformed droplet's diameter D0 in µm")]
+    speed_mm_s: Annotated[Number, _positive("the fluid's speed v_f∞ in mm/s")]
+    obstacle_radius_um: Annotated[Number, _positive("the obstacle's radius R in µm")]
+    thickness_um: Annotated[Number, _positive("the chamber's thickness z in µm")]
+    viscosity_mPa_s: Annotated[  # noqa: N815
+        Number, _positive("the fluid's dynamic viscosity μ in mPa s")
+    ]
+    surface_tension_mN_m: Annotated[  # noqa: N815
+        Number, _positive("the surface tension γ in mN/m")
+    ]
+
+    @property
+    def time_unit_s(self) -> float:
+        """t0 = D0/v_f∞, seconds."""
+        return self.diameter_um * 1e-3 / self.speed_mm_s
+
+    @property
+    def capillary_number(self) -> float:
+        """Ca = μ v_f∞/γ, dimensionless."""
+        return float(
+            capillary_number(self.viscosity_mPa_s, self.speed_mm_s, self.surface_tension_mN_m)
+        )
+
+    @property
+    def simulation_capillary_number(self) -> float:
+        """Ca_sim = Ca/9.8e-5, dimensionless [paper, eq. conv]."""
+        return self.capillary_number / CA_PER_CA_SIM
+
+    @property
+    def size_ratio(self) -> float:
+        """D0/R, dimensionless."""
+        return self.diameter_um / self.obstacle_radius_um
+
+
+class _Quantity(NamedTuple):
+    """How a physical argument is read: its field in the scale, its unit and its kind."""
+
+    field: str
+    unit: str
+    kind: str
+    example: str
+
+
+_SCALE_QUANTITIES = {
+    "diameter": _Quantity("diameter_um", "um", "length", "481 um"),
+    "obstacle_radius": _Quantity("obstacle_radius_um", "um", "length", "85 um"),
+    "speed": _Quantity("speed_mm_s", "mm/s", "speed", "1.0 mm/s"),
+    "viscosity": _Quantity("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
+    "surface_tension": _Quantity("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
+    "thickness": _Quantity("thickness_um", "um", "length", "85 um"),
+}
+_OFFSET = _Quantity("offset_um", "um", "length", "20 um")
+
+KINDS = {
+    "um": ("length", "85 um"),
+    "um^2": ("area", "0.18 mm^2"),
+    "mm/s": ("speed", "1.0 mm/s"),
+    "mPa*s": ("dynamic viscosity", "48 mPa s"),
+    "mN/m": ("surface tension", "20 mN/m"),
+    "s": ("time", "0.5 s"),
+}
+"""What is measured in each of our units, and an example of it."""
+
+PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
+"""The physical arguments; all but the offset are required."""
+
+GROUP_ORIGINS = {
+    "size_ratio": "diameter / obstacle_radius",
+    "simulation_capillary_number": "viscosity * speed / surface_tension",
+}
+"""What the groups follow from."""
+
+# pint would calculate what it reads, 9**9**9 too. A power of a unit is one digit.
+_LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
+_FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+    rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
+)
+
+_POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
+
+
+def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
+    """Read physical quantities with their units, and return what follows from them.
+
+    Parameters
+    ----------
+    quantities : mapping of str to str or pint.Quantity
+        The `PHYSICAL_NAMES`; ``offset`` may be missing and is then zero.
+
+    Returns
+    -------
+    dict
+        ``size_ratio``, ``simulation_capillary_number``, ``offset`` (D0) and ``scale``.
+
+    Raises
+    ------
+    InputError
+        A name is unknown or missing; a value has no unit, the wrong unit, or is not finite; or
+        something other than the offset is not positive.
+    """
+    for name in quantities:
+        if name not in PHYSICAL_NAMES:
+            raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
+    magnitudes = {name: physical_magnitude(name, quantities.get(name)) for name in PHYSICAL_NAMES}
+    groups = groups_of_magnitudes(magnitudes)
+    warn_of_thickness(groups["scale"])
+    return groups
+
+
+def physical_magnitude(name: str, value: Physical | None) -> float:
+    """Read one of the `PHYSICAL_NAMES` and return its number in µm, mm/s, mPa s or mN/m.
+
+    Raises
+    ------
+    InputError
+        As `physical_groups`; only the offset may be missing.
+    """
+    if name == "offset":
+        return 0.0 if value is None else _magnitude(name, value, _OFFSET)
+    quantity = _SCALE_QUANTITIES[name]
+    magnitude = _magnitude(name, value, quantity)
+    if not magnitude > 0:
+        raise _wrong(name, value, quantity, "a positive")
+    return magnitude
+
+
+def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
+    """Return what follows from all the `PHYSICAL_NAMES`, as numbers in µm, mm/s, mPa s, mN/m."""
+    scale = PhysicalScale(
+        **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
+    )
+    return groups_of_scale(scale, magnitudes["offset"])
+
+
+def groups_of_scale(scale: PhysicalScale, offset_um: float) -> dict[str, Any]:
+    """Return what follows from an experiment and the droplet's start y, µm."""
+    return {
+        "size_ratio": scale.size_ratio,
+        "simulation_capillary_number": scale.simulation_capillary_number,
+        "offset": offset_um / scale.diameter_um,
+        "scale": scale,
+    }
+
+
+def magnitude_of(name: str, value: Physical, unit: str) -> float:
+    """Read a quantity and return its number in one of `KINDS`' units.
+
+    Raises
+    ------
+    InputError
+        It has no unit or the wrong one, or is not finite.
+    """
+    return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
+
+
+def positive_magnitude_of(name: str, value: Physical, unit: str) -> float:
+    """Read a quantity as `magnitude_of` does, and refuse one that is not positive."""
+    magnitude = magnitude_of(name, value, unit)
+    if not magnitude > 0:
+        raise _wrong(name, value, _Quantity(name, unit, *KINDS[unit]), "a positive")
+    return magnitude
+
+
+def unit_factor(name: str, text: str, unit: str) -> float:
+    """Return how many of one of `KINDS`' units a unit, such as "mm^2", is.
+
+    Raises
+    ------
+    InputError
+        It is no unit, or one of something else.
+    """
+    kind, example = KINDS[unit]
+    try:
+        return _magnitude(name, f"1 {text}", _Quantity(name, unit, kind, example))
+    except InputError:
+        advice = f"write it like {example.partition(' ')[2]}"
+        raise InputError.of(name, f"a unit of {kind}", f"'{text}'", advice) from None
+
+
+def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
+    """Refuse dimensionless numbers that follow from physical quantities given beside them.
+
+    Raises
+    ------
+    InputError
+        There is one.
+    """
+    for name in ("size_ratio", "simulation_capillary_number", "offset", "scale"):
+        if constants.get(name) is not None:
+            raise InputError.of(
+                name,
+                "left out beside physical quantities, from which it follows",
+                constants[name],
+                "give either the physical quantities or the dimensionless number",
+            )
+
+
+def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
+    """Read one quantity and return its number in `quantity.unit`."""
+    import pint  # not needed for dimensionless work, and slow to import
+
+    if isinstance(value, pint.Quantity):
+        parsed = value
+    elif isinstance(value, str):
+        try:
+            parsed = _parsed(value)
+        except Exception:  # the parser raises anything from TokenError to ZeroDivisionError
+            raise _wrong(name, value, quantity) from None
+    else:
+        raise _wrong(name, "nothing" if value is None else value, quantity)
+    try:
+        magnitude = float(parsed.m_as(quantity.unit))
+    except (pint.PintError, TypeError, ValueError, OverflowError):
+        raise _wrong(name, value, quantity) from None
+    if not math.isfinite(magnitude):
+        raise _wrong(name, value, quantity, "a finite")
+    return magnitude
+
+
+def _parsed(text: str) -> pint.Quantity[Any]:
+    """Read "<number> <unit>", and nothing that would have to be calculated."""
+    import pint
+
+    match = _QUANTITY.fullmatch(_POINT.sub("*", text))
+    if match is None:
+        raise ValueError
+    quantity: pint.Quantity[Any]
+    quantity = pint.application_registry.Quantity(float(match["number"]), match["unit"])
+    return quantity
+
+
+def blaming_quantities(error: InputError) -> InputError:
+    """Return an error about a group as one about the quantities that it follows from."""
+    if error.argument not in GROUP_ORIGINS:
+        return error
+    return InputError.of(
+        GROUP_ORIGINS[error.argument],
+        f"such that {error.argument} is {error.rule}",
+        error.got,
+        "check their units, as in um, mm/s, mPa s and mN/m",
+    )
+
+
+def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:
+    got = value if isinstance(value, str) else str(value)
+    rule = f"{adjective} {quantity.kind} with its unit"
+    return InputError.of(name, rule, f"'{got}'", f"write it like '{quantity.example}'")
+
+
+def warn_of_thickness(scale: PhysicalScale) -> None:
+    """Warn of a chamber that is not as thick as the two-dimensional model's, z/R = 1."""
+    normalized_thickness = scale.thickness_um / scale.obstacle_radius_um
+    if abs(normalized_thickness - 1.0) > THICKNESS_TOLERANCE:
+        warnings.warn(
+            f"thickness/obstacle_radius is {normalized_thickness:.3g}, but the model is "
+            "two-dimensional and simulates 1: the thickness does not act in the simulation",
+            UserWarning,
+            stacklevel=4,
+        )

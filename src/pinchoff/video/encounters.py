@@ -1,0 +1,291 @@
+"""A filmed droplet's meeting with an obstacle, as a row of the collisions table.
+
+What is measured at first contact is measured here, on an outline, by the geometry of the compiled
+core: for droplets that a camera saw and for the truth behind a drawn clip alike.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.parquet import write_collisions
+from pinchoff.collisions.schema import (
+    COLUMNS,
+    SHARED_COLUMNS,
+    Column,
+    count_column,
+    measure_column,
+    measured_table,
+)
+from pinchoff.support.checked import Checked, Number, explained
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Floats = NDArray[np.float64]
+
+CONTACT_DISTANCE_UM = 16.0
+"""A droplet whose outline comes this near to an obstacle is in contact with it, µm: 3 pixels of
+the paper's camera. A film of oil keeps them apart; in the simulation it is the wall."""
+
+RELEASE = 1.0
+"""A collision is over when the droplet is this many obstacle radii away."""
+
+NECK_SEPARATION = 0.28
+"""Shortest arc between the sides of a neck, of the perimeter, as in the simulation."""
+
+
+FILM_COLUMNS: tuple[Column, ...] = (
+    Column("clip", "", "str", "name of the clip"),
+    count_column("track_id", "the droplet's track in the clip"),
+    count_column("obstacle_id", "number of the obstacle in the clip"),
+    count_column("contact_frame", "first frame in contact, from 0"),
+    count_column("end_frame", "last frame of the collision that was followed"),
+    measure_column(
+        "flow_direction_deg", "°", "the droplet's direction at contact, from x towards y"
+    ),
+    measure_column(
+        "side", "1", "1 where its centre of mass is left of the obstacle, -1 where right"
+    ),
+    measure_column("breakup_frame", "1", "first frame with two droplets"),
+    measure_column("breakup_time_s", "s", "time of that frame"),
+    measure_column("breakup_neck_um", "µm", "neck in the last frame before the break-up"),
+    measure_column(
+        "small_daughter_area_um2", "µm²", "smaller daughter in the frame of the break-up"
+    ),
+    measure_column(
+        "large_daughter_area_um2", "µm²", "larger daughter in the frame of the break-up"
+    ),
+)
+"""What only a filmed collision has."""
+
+_ALSO_SIMULATED = (
+    "size_ratio",
+    "outcome",
+    "contact_shape_parameter",
+    "maximum_shape_parameter",
+)
+
+
+def _unless_unknown(meaning: str) -> Any:
+    advice = f"{meaning}, or leave it out where it is unknown"
+    return explained("a positive, finite number", advice, gt=0.0, default=None)
+
+
+class Laboratory(Checked):
+    """What a camera does not see. Unknown is None; what follows from it is then NaN.
+
+    Parameters
+    ----------
+    obstacle_radius_um : float, optional
+        R, µm.
+    thickness_um : float, optional
+        z, the chamber's thickness, µm.
+    viscosity_mPa_s : float, optional
+        μ, the fluid's dynamic viscosity, mPa s.
+    surface_tension_mN_m : float, optional
+        γ, mN/m.
+
+    Raises
+    ------
+    InputError
+        A value is not finite or not positive.
+    """
+
+    obstacle_radius_um: Number | None = _unless_unknown("R in µm")
+    thickness_um: Number | None = _unless_unknown("z in µm")
+    viscosity_mPa_s: Number | None = _unless_unknown("μ in mPa s")  # noqa: N815
+    surface_tension_mN_m: Number | None = _unless_unknown("γ in mN/m")  # noqa: N815
+
+    def known(self, name: str) -> float:
+        """Return a value by its name, NaN where it is unknown."""
+        value = getattr(self, name)
+        return math.nan if value is None else float(value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Encounter:
+    """One droplet that met one obstacle.
+
+    Lengths in µm, with the origin at the centre of the image's top left pixel and y down; NaN and
+    None: did not happen, or was not measured.
+
+    Attributes
+    ----------
+    obstacle : (float, float, float)
+        Centre and radius in the image.
+    outline : ndarray, shape (n, 2)
+        The droplet in the frame of first contact.
+    velocity : (float, float)
+        Of its centre of mass then, mm/s.
+    contact_frame, end_frame : int
+        First frame in contact, and the last one that was followed.
+    contact_time_s : float
+    outcome : str
+        "slipped", "broke" or "captured".
+    breakup_frame : float
+        First frame with two droplets.
+    breakup_time_s : float
+    daughter_areas : (float, float)
+        In that frame, µm²; in any order.
+    neck : float
+        Thinnest from first contact on, before any break-up.
+    breakup_neck : float
+        In the last frame before the break-up.
+    maximum_shape_parameter : float
+    reject_reason : str
+        Empty for a collision that is fit for use.
+    track_id, obstacle_id : int
+    """
+
+    obstacle: tuple[float, float, float]
+    outline: Floats
+    velocity: tuple[float, float]
+    contact_frame: int
+    end_frame: int
+    contact_time_s: float
+    outcome: str
+    breakup_frame: float = math.nan
+    breakup_time_s: float = math.nan
+    daughter_areas: tuple[float, float] = (math.nan, math.nan)
+    neck: float = math.nan
+    breakup_neck: float = math.nan
+    maximum_shape_parameter: float = math.nan
+    reject_reason: str = ""
+    track_id: int = 0
+    obstacle_id: int = 0
+
+    def row(self, laboratory: Laboratory) -> dict[str, Any]:
+        """Return the columns of the table, but for those that number the row."""
+        area = _core.area(self.outline)
+        diameter = math.sqrt(4.0 * area / math.pi)
+        centre = self.obstacle[:2]
+        speed = math.hypot(*self.velocity)
+        known = speed > 0.0
+        radius, thickness = (laboratory.known(f"{n}_um") for n in ("obstacle_radius", "thickness"))
+        if math.isnan(radius):
+            radius = self.obstacle[2]
+        viscosity = laboratory.known("viscosity_mPa_s")
+        tension = laboratory.known("surface_tension_mN_m")
+        impact = _core.impact_parameter(self.outline, centre, self.velocity) if known else math.nan
+        small, large = sorted(self.daughter_areas)
+        row: dict[str, Any] = {
+            "size_ratio": diameter / radius,
+            "capillary_number": viscosity * speed / tension * 1e-3,
+            "normalized_area": area / radius**2,
+            "normalized_thickness": thickness / radius,
+            "symmetry": (
+                _core.symmetry(self.outline, centre, self.velocity) if known else math.nan
+            ),
+            "impact_parameter": impact / diameter,
+            "outcome": self.outcome,
+            "broke": self.outcome == "broke",
+            "accepted": not self.reject_reason,
+            "reject_reason": self.reject_reason,
+            "contact_shape_parameter": _core.shape_parameter(self.outline),
+            "maximum_shape_parameter": self.maximum_shape_parameter,
+            "neck_thickness": self.neck / diameter,
+            "daughter_area_ratio": small / large,
+            "contact_time_s": self.contact_time_s,
+            "obstacle_x_um": centre[0],
+            "obstacle_y_um": centre[1],
+            "area_um2": area,
+            "speed_mm_s": speed,
+            "neck_um": self.neck,
+            "obstacle_radius_um": radius,
+            "thickness_um": thickness,
+            "viscosity_mPa_s": viscosity,
+            "surface_tension_mN_m": tension,
+            "track_id": self.track_id,
+            "obstacle_id": self.obstacle_id,
+            "contact_frame": self.contact_frame,
+            "end_frame": self.end_frame,
+            "flow_direction_deg": math.degrees(math.atan2(self.velocity[1], self.velocity[0])),
+            "side": self._side() if known else math.nan,
+            "breakup_frame": self.breakup_frame,
+            "breakup_time_s": self.breakup_time_s,
+            "breakup_neck_um": self.breakup_neck,
+            "small_daughter_area_um2": small,
+            "large_daughter_area_um2": large,
+        }
+        groups = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
+        row["breakup_number"] = float(breakup_number(*(row[name] for name in groups)))
+        return row
+
+    def _side(self) -> float:
+        """Return on which side of the obstacle the droplet's centre of mass passes it."""
+        x, y = _core.centroid(self.outline)
+        vx, vy = self.velocity
+        # Left as one looks along the flow; y points down.
+        left = vy * (x - self.obstacle[0]) - vx * (y - self.obstacle[1])
+        return math.copysign(1.0, left)
+
+
+def encounter_table(
+    encounters: Sequence[Encounter], laboratory: Laboratory, source: str, clip: str
+) -> pd.DataFrame:
+    """Return encounters as a collisions table, numbered in their order.
+
+    Parameters
+    ----------
+    encounters : sequence of Encounter
+    laboratory : Laboratory
+    source : str
+        "video", or "film" for the truth behind a drawn clip.
+    clip : str
+        Name of the clip.
+
+    Returns
+    -------
+    DataFrame
+        With `SHARED_COLUMNS`, four more of a simulation's, and `FILM_COLUMNS`.
+    """
+    more = (*(c for c in COLUMNS if c.name in _ALSO_SIMULATED), *FILM_COLUMNS)
+    rows = [encounter.row(laboratory) for encounter in encounters]
+    columns: dict[str, NDArray[Any]] = {
+        name: np.array([row[name] for row in rows]) for name in _measured_names(more)
+    }
+    columns["source"] = np.full(len(rows), source, dtype=object)
+    columns["clip"] = np.full(len(rows), clip, dtype=object)
+    return measured_table(columns, more)
+
+
+def _measured_names(more: Sequence[Column]) -> list[str]:
+    """Return the columns that `Encounter.row` fills."""
+    elsewhere = ("source", "clip", "collision_id", "speed")
+    return [c.name for c in (*SHARED_COLUMNS, *more) if c.name not in elsewhere]
+
+
+def write_encounters(table: pd.DataFrame, path: str | os.PathLike[str]) -> None:
+    """Write what `encounter_table` returned, as ``.parquet`` or ``.csv``."""
+    write_collisions(table, path, FILM_COLUMNS)
+
+
+def thinnest_neck(outline: Floats) -> tuple[float, int, int]:
+    """Return the neck's thickness and the vertices it joins; infinite where there is none."""
+    return _core.neck(outline, NECK_SEPARATION, False, 1.0)
+
+
+def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
+    """Return the distance between an outline's edges and a circle; negative where they overlap.
+
+    Parameters
+    ----------
+    outline : ndarray, shape (n, 2)
+    circle : (x, y, radius)
+    """
+    start = outline - (circle[0], circle[1])
+    edge = np.roll(start, -1, axis=0) - start
+    squared = np.einsum("ij,ij->i", edge, edge)
+    along = -np.einsum("ij,ij->i", start, edge) / np.where(squared > 0.0, squared, 1.0)
+    nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
+    return float(np.sqrt(np.einsum("ij,ij->i", nearest, nearest).min()) - circle[2])

@@ -1,0 +1,165 @@
+"""The truth behind a drawn clip, from the outlines it was drawn from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.video.encounters import (
+    CONTACT_DISTANCE_UM,
+    RELEASE,
+    Encounter,
+    gap_to_circle,
+    thinnest_neck,
+)
+from pinchoff.video.microscope.appearance import Microscope
+from pinchoff.video.microscope.passages import Passage
+from pinchoff.video.microscope.scenes import Scene
+
+Floats = NDArray[np.float64]
+
+CUT_BY_FRAME = "cut by the frame"
+CLIP_ENDED = "the clip ends during the collision"
+
+_SPACING_PX = 0.5  # between the points on which a neck is measured
+
+
+def scene_encounters(
+    scene: Scene,
+    microscope: Microscope,
+    frame_count: int,
+    contact_distance_um: float = CONTACT_DISTANCE_UM,
+) -> list[Encounter]:
+    """Return every collision of a drawn clip, in the order of their contacts.
+
+    Parameters
+    ----------
+    scene : Scene
+    microscope : Microscope
+    frame_count : int
+        Frames of the clip.
+    contact_distance_um : float, optional
+        A droplet whose outline comes this near to an obstacle is in contact.
+
+    Returns
+    -------
+    list of Encounter
+        One for each passage whose droplet touched its obstacle between the first and the last
+        frame. Not accepted are those that the frame cuts or that the clip's end cuts short.
+    """
+    obstacles = scene.obstacles
+    found: list[Encounter] = []
+    for number, passage in enumerate(scene.passages):
+        circle = passage.obstacles[0]
+        obstacle_id = int(np.argmin(np.abs(obstacles - circle).sum(axis=1)))
+        looker = _Looker(passage, number, microscope, circle, obstacle_id)
+        found += looker.encounters(frame_count, contact_distance_um / microscope.pixel_size_um)
+    return sorted(found, key=lambda each: (each.contact_frame, each.track_id))
+
+
+class _Looker:
+    """Follow one passage through the frames."""
+
+    def __init__(
+        self, passage: Passage, number: int, look: Microscope, circle: Floats, obstacle_id: int
+    ) -> None:
+        self._passage, self._number, self._look = passage, number, look
+        self._circle, self._obstacle_id = circle, obstacle_id
+
+    def encounters(self, frame_count: int, distance: float) -> Iterator[Encounter]:
+        fps = self._look.fps
+        start, end = self._passage.start_s, self._passage.start_s + self._duration()
+        frames = range(max(0, math.floor(start * fps)), min(frame_count, math.ceil(end * fps) + 1))
+        contact = None
+        for frame in frames:
+            droplets = self._droplets(frame)
+            if len(droplets) == 1 and self._touches(droplets[0], distance):
+                contact = frame
+                break
+        if contact is None or contact == 0:
+            return
+        yield self._followed(contact, frames[-1], distance, whole=frames[-1] < frame_count - 1)
+
+    def _duration(self) -> float:
+        return float(self._passage.outlines.times[-1]) * self._passage.unit_s
+
+    def _droplets(self, frame: float) -> list[Floats]:
+        return [r for _, r in self._passage.droplets_at(frame / self._look.fps)]
+
+    def _touches(self, outline: Floats, distance: float) -> bool:
+        return gap_to_circle(outline, self._circle) <= distance
+
+    def _followed(self, contact: int, last: int, distance: float, whole: bool) -> Encounter:
+        px, fps = self._look.pixel_size_um, self._look.fps
+        neck = breakup_neck = breakup = math.nan
+        daughters: Sequence[float] = (math.nan, math.nan)
+        shape, end, cut = 1.0, contact, False
+        for frame in range(contact, last + 1):
+            droplets = self._droplets(frame)
+            end = frame
+            cut = cut or any(self._is_cut(each) for each in droplets)
+            if len(droplets) > 1:
+                breakup, daughters = frame, [_core.area(each) * px**2 for each in droplets[:2]]
+                break
+            shape = max(shape, _core.shape_parameter(droplets[0]))
+            thickness = thinnest_neck(densified(droplets[0], _SPACING_PX))[0] * px
+            breakup_neck = thickness if math.isfinite(thickness) else math.nan
+            neck = np.fmin(neck, breakup_neck)
+            if not self._touches(droplets[0], RELEASE * self._circle[2]):
+                break
+        broke = not math.isnan(breakup)
+        ended = not broke and not whole and end == last
+        outline = self._droplets(contact)[0]
+        return Encounter(
+            obstacle=tuple((self._circle * px).tolist()),
+            outline=outline * px,
+            velocity=self._velocity(contact),
+            contact_frame=contact,
+            end_frame=end,
+            contact_time_s=contact / fps,
+            outcome="broke" if broke else "captured" if ended else "slipped",
+            breakup_frame=breakup,
+            breakup_time_s=breakup / fps,
+            daughter_areas=(daughters[0], daughters[1]),
+            neck=float(neck),
+            breakup_neck=breakup_neck if broke else math.nan,
+            maximum_shape_parameter=shape,
+            reject_reason=CUT_BY_FRAME if cut else CLIP_ENDED if ended else "",
+            track_id=self._number,
+            obstacle_id=self._obstacle_id,
+        )
+
+    def _velocity(self, frame: int) -> tuple[float, float]:
+        """Return the velocity of the centre of mass as the run has it, mm/s."""
+        step = 0.05  # of a frame
+        before, after = (
+            np.array(_core.centroid(self._droplets(frame + shift)[0])) for shift in (-step, step)
+        )
+        scale = self._look.fps / (2.0 * step) * self._look.pixel_size_um * 1e-3
+        vx, vy = ((after - before) * scale).tolist()
+        return vx, vy
+
+    def _is_cut(self, outline: Floats) -> bool:
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        return bool(np.any(low < -0.5) or np.any(high > np.array(self._look.size) - 0.5))
+
+
+def densified(outline: Floats, spacing: float) -> Floats:
+    """Return the same polygon with points on its edges, so that none are farther apart.
+
+    Parameters
+    ----------
+    outline : ndarray, shape (n, 2)
+    spacing : float
+        In the unit of the outline.
+    """
+    closed = np.vstack([outline, outline[:1]])
+    steps = np.diff(closed, axis=0)
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
+    count = max(3, math.ceil(arc[-1] / spacing))
+    where = np.linspace(0.0, arc[-1], count, endpoint=False)
+    return np.column_stack([np.interp(where, arc, closed[:, axis]) for axis in (0, 1)])
