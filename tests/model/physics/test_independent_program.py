@@ -14,7 +14,7 @@ import pytest
 
 from pinchoff import _core
 
-SOURCE = Path(__file__).parents[2] / "benchmarks" / "reference" / "collision.cpp"
+SOURCE = Path(__file__).parents[3] / "benchmarks" / "reference" / "collision.cpp"
 COLLISIONS = [(20.0, 0.05, 5.66), (40.0, 0.02, 5.66), (60.0, 0.1, 4.0), (30.0, 0.03, 7.5)]
 
 
