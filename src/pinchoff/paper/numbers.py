@@ -14,7 +14,7 @@ from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, segment_area
 from pinchoff.figures.appendix_c import collapse_spread, slopes
 from pinchoff.figures.daughters import area_ratio_bound
 from pinchoff.fits.intervals import PROFILE
-from pinchoff.model.presets import DEFAULTS
+from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
     MEDIAN_DIAMETER_UM,
     OIL_MPA_S,
