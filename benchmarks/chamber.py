@@ -31,7 +31,8 @@ from shapely import MultiPolygon, box
 from pinchoff import chamber as po_chamber
 from pinchoff.chamber import brinkman, flow_check
 from pinchoff.chamber.mesh import TriangleMesh, build_mesh
-from pinchoff.figures.chamber import chamber_design, write_drawing
+from pinchoff.figures import style
+from pinchoff.figures.chamber_design import chamber_design
 
 THICKNESS_UM = 85.0
 MESHES = (6, 8, 12, 16, 20, 28)  # elements across the narrowest gap
@@ -74,7 +75,7 @@ def steps(design: po_chamber.Chamber, folder: Path) -> dict[str, float]:
 def draw(design: po_chamber.Chamber, folder: Path) -> None:
     axes = chamber_design(design)
     for name in ("chamber.svg", "chamber.png"):
-        write_drawing(folder / name, axes)
+        style.save(folder / name, axes)
 
 
 class Problem(NamedTuple):

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 import pinchoff as po
-from pinchoff.figures.calibration import calibrated_line, objective_landscape
-from pinchoff.figures.separating_line import write_figure
+from pinchoff.figures import style
+from pinchoff.figures.calibrated_line import calibrated_line, objective_landscape
 from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
 from pinchoff.studies.calibration.targets import as_target
 
@@ -33,10 +33,10 @@ def main() -> None:
 def default_preset(folder: Path) -> None:
     """The best set beside the default, its landscape and its sensitivity."""
     found = search(folder, "two-free", TARGET, ("edge_stiffness", "neck_thickness"), grid=6)
-    write_figure(folder / "calibration_line.png", calibrated_line(found))
+    style.save(folder / "calibration_line.png", calibrated_line(found))
     for k, surface in enumerate(found.landscapes):
         axes = objective_landscape(surface, found.target.objective_name, "/ perimeter")
-        write_figure(folder / f"calibration_landscape_{k + 1}.png", axes)
+        style.save(folder / f"calibration_landscape_{k + 1}.png", axes)
         low = np.unravel_index(np.argmin(surface.objective), surface.objective.shape)
         print(surface.names, "least", surface.objective.min(), surface.x[low[1]], surface.y[low[0]])
     print("conversion of the default preset", match_onset(found.target, po.Parameters()))
@@ -58,7 +58,7 @@ def literal_reading(folder: Path) -> None:
     describe(po.boundary(literal.replace(vertex_count=128, edge_stiffness=3), vary, progress=False))
     two = ("edge_stiffness", "neck_thickness")
     found = search(folder, "literal", TARGET, two, base=literal)
-    write_figure(folder / "calibration_literal.png", calibrated_line(found))
+    style.save(folder / "calibration_literal.png", calibrated_line(found))
     search(folder, "literal-arc", TARGET, ("neck_separation", "edge_stiffness"), base=literal)
 
 

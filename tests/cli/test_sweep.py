@@ -13,11 +13,13 @@ import matplotlib.image
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 
 import pinchoff as po
 from pinchoff.cli import main
-from pinchoff.figures.sweep import phase_diagram
+from pinchoff.figures.phase_diagram import phase_diagram
 from pinchoff.studies.sweep import summary
+from pinchoff.support import palette
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
@@ -190,11 +192,11 @@ def test_phase_diagram_shows_every_point_once_and_the_papers_lines(done):
     for name, alpha, beta in (("simulations", 0.089, -0.72), ("experiments", 0.083, -0.74)):
         x, y = lines[f"paper, {name}"].get_data()
         np.testing.assert_allclose(y, alpha * x**beta)
-    for broke in (True, False):
-        colour = lines["breaks" if broke else "does not break"].get_markeredgecolor()
-        drawn = [line for line in axes.lines if line.get_markeredgecolor() == colour]
-        heights = np.concatenate([line.get_ydata() for line in drawn])
+    (marks,) = axes.collections
+    edges, heights = marks.get_edgecolors()[:, :3], marks.get_offsets()[:, 1]
+    for broke, colour in ((True, palette.BROKE), (False, palette.UNBROKEN)):
+        drawn = heights[np.all(edges == to_rgb(colour), axis=1)]
         np.testing.assert_array_equal(
-            np.sort(heights), np.sort(points.symmetry[points.broke == broke])
+            np.sort(drawn), np.sort(points.symmetry[points.broke == broke])
         )
     assert axes.get_xscale() == axes.get_yscale() == "log"

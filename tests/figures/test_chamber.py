@@ -11,7 +11,8 @@ from matplotlib.image import imread
 pytest.importorskip("gdstk", reason="the extra 'chamber' is not installed")
 
 from pinchoff.chamber import Chamber, check_rules
-from pinchoff.figures.chamber import REGION_LOOK, chamber_design, write_drawing
+from pinchoff.figures import style
+from pinchoff.figures.chamber_design import REGION_LOOK, chamber_design
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +25,7 @@ def picture(chamber, tmp_path_factory):
     """The picture, and a function from the design's mm to its row and column."""
     path = tmp_path_factory.mktemp("chamber") / "chamber.png"
     axes = chamber_design(chamber)
-    write_drawing(path, axes)
+    style.save(path, axes)
     pixels = imread(path)[..., :3]
 
     def at(x_um, y_um):

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions.segments import symmetry_of_height
+from pinchoff.collisions.segments import area_ratio_bound, height_of_symmetry, symmetry_of_height
 from pinchoff.figures.breakup_probability import breakup_probability
-from pinchoff.figures.constant_height import constant_height, height_of_symmetry
-from pinchoff.figures.daughters import area_ratio_bound, daughter_areas
+from pinchoff.figures.constant_height import constant_height
+from pinchoff.figures.daughters import daughter_areas
 from pinchoff.figures.neck_histograms import FRAME_RATES, neck_histograms
-from pinchoff.figures.separated_outcomes import separated_outcomes
+from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.fractions import (
     broken_fractions,
     logarithmic_edges,
@@ -54,7 +54,7 @@ def test_split_shows_each_collision_where_it_belongs(virtual, fit):
 
 def test_split_draws_the_line_up_to_s_1(virtual, fit):
     panel = separated_outcomes(virtual.table, fit)[1]
-    ours = panel.lines[0]
+    (ours,) = (line for line in panel.lines if str(line.get_label()).startswith("fit"))
     x, y = ours.get_data()
     assert y == pytest.approx(fit.alpha.value * x**fit.beta.value)
     assert y.max() <= 1

@@ -5,10 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 
 import pinchoff as po
-from pinchoff.figures.appendix_c import appendix_c, collapse_spread, slopes
-from pinchoff.figures.separating_line import area_collapse, separating_line, write_figure
+from pinchoff.figures import style
+from pinchoff.figures.appendix_c import appendix_c
+from pinchoff.figures.area_collapse import area_collapse
+from pinchoff.figures.phase_diagram import separating_line
+from pinchoff.studies.boundary.collapse import collapse_spread, slopes
+from pinchoff.support import palette
 
 
 @pytest.fixture(scope="module")
@@ -39,11 +44,12 @@ def tensions():
 
 def test_every_run_that_touched_is_a_star(grid):
     axes = separating_line(grid, grid.fit())
-    stars = {line.get_label(): line for line in axes.lines if line.get_marker() == "*"}
+    stars = axes.collections[0]
+    filled = np.all(stars.get_facecolors()[:, :3] == to_rgb(palette.BROKE), axis=1)
     touched = grid.runs[grid.runs["symmetry"].notna()]
-    assert len(stars["breaks"].get_xdata()) == touched["broke"].sum()
-    assert len(stars["does not break"].get_xdata()) == (~touched["broke"]).sum()
-    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert filled.sum() == touched["broke"].sum()
+    assert (~filled).sum() == (~touched["broke"].astype(bool)).sum()
+    labels = [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert sum("paper" in label for label in labels) == 2
     assert "its 95% interval" in labels
 
@@ -87,5 +93,5 @@ def test_one_line_tension_has_no_collapse(refused, tensions):
 
 @pytest.mark.parametrize("suffix", [".png", ".pdf"])
 def test_written_whole(grid, tmp_path, suffix):
-    write_figure(tmp_path / f"line{suffix}", separating_line(grid))
+    style.save(tmp_path / f"line{suffix}", separating_line(grid))
     assert [path.name for path in tmp_path.iterdir()] == [f"line{suffix}"]

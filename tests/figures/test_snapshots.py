@@ -10,9 +10,10 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import pinchoff as po
-from pinchoff.figures import style
 from pinchoff.figures.movie import write_movie
-from pinchoff.figures.snapshots import collision_moments, snapshot_strip, write_snapshots
+from pinchoff.figures.snapshots import snapshot_strip, write_snapshots
+from pinchoff.studies.moments import collision_moments
+from pinchoff.support import palette
 
 BREAKING = po.Parameters(simulation_capillary_number=25, offset=0.02)
 INTERVAL = 0.02
@@ -83,11 +84,11 @@ def test_panels_share_one_window_that_holds_every_droplet(broken):
 
 def test_neck_is_drawn_at_its_true_length_and_the_centreline_through_the_obstacle(broken):
     panels = snapshot_strip(broken.outlines)
-    assert [len(lines_of(panel, style.NECK)) for panel in panels] == [0, 0, 0, 1, 0, 0]
-    assert [len(lines_of(panel, style.CENTRELINE)) for panel in panels] == [0, 1, 0, 0, 0, 0]
-    ends = lines_of(panels[3], style.NECK)[0].get_xydata()
+    assert [len(lines_of(panel, palette.NECK)) for panel in panels] == [0, 0, 0, 1, 0, 0]
+    assert [len(lines_of(panel, palette.CENTRELINE)) for panel in panels] == [0, 1, 0, 0, 0, 0]
+    ends = lines_of(panels[3], palette.NECK)[0].get_xydata()
     assert np.hypot(*(ends[1] - ends[0])) == pytest.approx(broken.breakup_neck, rel=0.1)
-    line = lines_of(panels[1], style.CENTRELINE)[0]
+    line = lines_of(panels[1], palette.CENTRELINE)[0]
     assert line.get_xy1() == (0.0, 0.0)
     slope = np.subtract(line.get_xy2(), line.get_xy1())
     contact = broken.contacts[0]

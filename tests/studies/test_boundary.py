@@ -422,7 +422,7 @@ def test_a_flow_of_ones_own_takes_the_place_of_the_stokes_flow(refused):
 
 
 def test_line_tension_and_viscosity_act_through_their_ratio():
-    from pinchoff.figures.appendix_c import collapse_spread, slopes
+    from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 
     vary = {"line_tension": [60, 600], "simulation_capillary_number": [16, 25, 40, 80]}
     line = po.boundary(po.Parameters(), vary, width=0.002)

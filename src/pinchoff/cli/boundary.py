@@ -216,7 +216,7 @@ def _report(line: Boundary, seconds: float) -> tuple[dict[str, Any], LineFit | N
 
 
 def _appendix_c(line: Boundary) -> dict[str, Any] | None:
-    from pinchoff.figures.appendix_c import collapse_spread, slopes
+    from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 
     try:
         spread = collapse_spread(line.found)._asdict()
@@ -227,8 +227,10 @@ def _appendix_c(line: Boundary) -> dict[str, Any] | None:
 
 def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:
     """Write tables, fit and figures, and return the files."""
+    from pinchoff.figures import style
     from pinchoff.figures.appendix_c import appendix_c
-    from pinchoff.figures.separating_line import area_collapse, separating_line, write_figure
+    from pinchoff.figures.area_collapse import area_collapse
+    from pinchoff.figures.phase_diagram import separating_line
     from pinchoff.studies.boundary.search import write_table
 
     write_table(line.table, out / TABLE)
@@ -237,11 +239,11 @@ def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: 
     with written_aside(out / FIT) as unfinished:
         unfinished.write_text(json_text(report), encoding="utf-8")
     if line.runs["symmetry"].notna().any():
-        write_figure(out / LINE, separating_line(line, fit))
+        style.save(out / LINE, separating_line(line, fit))
     if "fits_free_area_exponent" in report:
-        write_figure(out / COLLAPSE, area_collapse(line)[0])
+        style.save(out / COLLAPSE, area_collapse(line)[0])
     if report.get("appendix_c"):
-        write_figure(out / APPENDIX_C, appendix_c(line)[0])
+        style.save(out / APPENDIX_C, appendix_c(line)[0])
     return [out / name for name in _FILES if (out / name).exists()]
 
 

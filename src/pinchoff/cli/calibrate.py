@@ -186,8 +186,8 @@ def _report(found: Calibration, seconds: float) -> dict[str, Any]:
 
 
 def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:
-    from pinchoff.figures.calibration import calibrated_line, objective_landscape
-    from pinchoff.figures.separating_line import write_figure
+    from pinchoff.figures import style
+    from pinchoff.figures.calibrated_line import calibrated_line, objective_landscape
     from pinchoff.studies.calibration.fitting import LOG
 
     paths = [out / RESULT, out / SENSITIVITY, out / LINE]
@@ -195,13 +195,13 @@ def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Pat
         unfinished.write_text(json_text(report), encoding="utf-8")
     with written_aside(paths[1]) as unfinished:
         found.sensitivity.to_csv(unfinished, index=False)
-    write_figure(paths[2], calibrated_line(found))
+    style.save(paths[2], calibrated_line(found))
     unit = found.parameters.neck_separation_unit
     said = "/ perimeter" if unit == "perimeter" else r"/ $D_0$"
     for surface in found.landscapes:
         paths.append(out / f"landscape_{'_'.join(surface.names)}.png")
         label = found.target.objective_name
-        write_figure(paths[-1], objective_landscape(surface, label, said))
+        style.save(paths[-1], objective_landscape(surface, label, said))
     return [*paths, out / LOG]
 
 

@@ -201,9 +201,10 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
     if not violations:
         return
     from pinchoff.chamber.rules import require_rules
-    from pinchoff.figures.chamber import chamber_design, write_drawing
+    from pinchoff.figures import style
+    from pinchoff.figures.chamber_design import chamber_design
 
-    write_drawing(folder / RULES, chamber_design(design, violations))
+    style.save(folder / RULES, chamber_design(design, violations))
     if design.rules.on_violation == "refuse":
         print(f"wrote {folder / RULES}", file=sys.stderr)
         require_rules(violations)
@@ -217,13 +218,14 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
 def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[Path]:
     """Write masks, solids and drawings, and return the files."""
     from pinchoff import chamber as po_chamber
-    from pinchoff.figures.chamber import chamber_design, write_drawing
+    from pinchoff.figures import style
+    from pinchoff.figures.chamber_design import chamber_design
 
     for name, writer in _WRITERS.items():
         getattr(po_chamber, writer)(design, folder / name)
     axes = chamber_design(design)
     for name in _DRAWINGS:
-        write_drawing(folder / name, axes)
+        style.save(folder / name, axes)
     _record(design, violations, None, folder / RECORD)
     return [folder / name for name in (*_WRITERS, *_DRAWINGS)]
 
@@ -234,16 +236,16 @@ def _flow(design: Chamber, violations: list[Violation], folder: Path) -> dict[st
     The flow's are written before collisions are run.
     """
     from pinchoff.chamber import check_flow, compare_with_stokes
-    from pinchoff.figures.chamber import write_drawing
+    from pinchoff.figures import style
     from pinchoff.figures.chamber_flow import chamber_flow, flow_comparison
 
     with progress_bar(sys.stderr.isatty(), "flow", None, unit="iterations") as show:
         check = check_flow(design, show=show)
-    write_drawing(folder / FLOW, chamber_flow(check)[0])
+    style.save(folder / FLOW, chamber_flow(check)[0])
     numbers = {**check.summary, "at_oil_rates": check.table().to_dict("records")}
     _record(design, violations, numbers, folder / RECORD)
     compared = compare_with_stokes(check, progress=None)
-    write_drawing(folder / COLLISION, flow_comparison(compared)[0])
+    style.save(folder / COLLISION, flow_comparison(compared)[0])
     return {**numbers, "collision": compared.to_dict()}
 
 

@@ -38,7 +38,7 @@ def compare(
     pinchoff compare measured/clips/clip --collision 3 --out comparison
     """
     folder = results_folder(out)
-    from pinchoff.figures.comparison import write_comparison
+    from pinchoff.figures.filmed_comparison import write_comparison
     from pinchoff.support.files import written_aside
     from pinchoff.video.comparison import compare_collision
 

@@ -160,8 +160,8 @@ def _law_text(study: LawStudy) -> str:
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.figures import style
     from pinchoff.figures.pages.law import law_page
-    from pinchoff.figures.separating_line import write_figure
 
     with written_aside(folder / LAW) as unfinished:
         unfinished.write_text(_law_text(study), encoding="utf-8")
@@ -170,7 +170,7 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
             with written_aside(folder / name) as unfinished:
                 frame.to_csv(unfinished, index=False)
     for name, axes in _drawn(study):
-        write_figure(folder / name, axes)
+        style.save(folder / name, axes)
     pictures = [(folder / name, text) for name, text in FIGURES.items() if (folder / name).exists()]
     law_page(study, source, pictures).write(folder / PAGE)  # type: ignore[arg-type]
 
@@ -181,7 +181,7 @@ def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
     from pinchoff.figures.constant_height import constant_height
     from pinchoff.figures.daughters import daughter_areas
     from pinchoff.figures.neck_histograms import neck_histograms
-    from pinchoff.figures.separated_outcomes import separated_outcomes
+    from pinchoff.figures.phase_diagram import separated_outcomes
     from pinchoff.studies.necks import median_history
 
     table, fit = study.collisions.table, study.fit

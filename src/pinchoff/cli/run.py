@@ -128,7 +128,9 @@ def run(
         base, preset_name = configuration(config, preset)
         parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
-        _require_movie_writer()
+        from pinchoff.video.writing import require_video_extra
+
+        require_video_extra("--movie")
     prepare_folder(
         folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
     )
@@ -165,12 +167,6 @@ def _interval(text: str) -> float:
             "--frames-every", "a positive, finite number", text, "give a time in t0, as 0.02"
         )
     return interval
-
-
-def _require_movie_writer() -> None:
-    from pinchoff.figures.movie import require_pyav
-
-    require_pyav()
 
 
 def _description(out: Path, parameters: Parameters) -> str:

@@ -35,7 +35,8 @@ def summary(
 
     pinchoff summary phase-diagram --picture phase-diagram.pdf
     """
-    from pinchoff.figures.sweep import write_phase_diagram
+    from pinchoff.figures import style
+    from pinchoff.figures.phase_diagram import phase_diagram
     from pinchoff.studies.sweep.summary import summarize
 
     found = summarize(dataset)
@@ -43,7 +44,7 @@ def summary(
     folder = dataset if dataset.is_dir() else dataset.parent
     path = folder / _PICTURE if picture is None else picture
     if len(found.points.symmetry):
-        write_phase_diagram(path, found.points)
+        style.save(path, phase_diagram(found.points))
         print(f"wrote {path}")
     else:
         print("no picture: there is no accepted collision")

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 
@@ -46,6 +47,29 @@ def symmetry_of_height(relative_height: ArrayLike) -> Floats:
         h/D, from 0 to 1/2.
     """
     return np.asarray(_twice_share(np.asarray(relative_height, dtype=np.float64)))
+
+
+def height_of_symmetry(symmetry: float) -> float:
+    """Return h/D, from 0 to 1/2, of a circle with such an S: the inverse of `symmetry_of_height`.
+
+    Examples
+    --------
+    >>> round(height_of_symmetry(1.0), 6)
+    0.5
+    """
+    return float(brentq(lambda t: float(symmetry_of_height(t)) - symmetry, 0.0, 0.5))
+
+
+def area_ratio_bound(symmetry: ArrayLike) -> Floats:
+    """Return S/(2 - S), A1/A2 of daughters without exchange between the sides [paper, eq. DDR].
+
+    Examples
+    --------
+    >>> float(area_ratio_bound(0.5))
+    0.3333333333333333
+    """
+    s = np.asarray(symmetry, dtype=np.float64)
+    return np.asarray(s / (2.0 - s))
 
 
 def symmetry_of_impact(relative_impact: ArrayLike) -> Floats:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,72 +11,14 @@ from matplotlib.figure import Figure
 
 from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import COLORS, MARKERS, logarithmic_axes, signed
-from pinchoff.support.errors import InputError
+from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.studies.boundary.collapse import Spread, collapse_spread, slopes
+from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.studies.boundary.search import Boundary
-
-
-class Spread(NamedTuple):
-    """How well the critical symmetries of several line tensions agree at equal μ̃/γ̃.
-
-    Attributes
-    ----------
-    typical, largest : float
-        Relative distance from the mean over the line tensions: root mean square, and greatest.
-    bracket : float
-        Half the widest bracket, relative to its S_c: no agreement can be seen beyond that.
-    """
-
-    typical: float
-    largest: float
-    bracket: float
-
-
-def collapse_spread(rows: pd.DataFrame) -> Spread:
-    """Measure how well S_c(μ̃/γ̃) is one curve.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        `Boundary.found`, with several line tensions at equal simulation capillary numbers.
-
-    Raises
-    ------
-    InputError
-        No simulation capillary number has a critical symmetry at two line tensions.
-    """
-    groups = rows.groupby("simulation_capillary_number")
-    shared = rows[groups["line_tension"].transform("nunique") > 1]
-    if shared.empty:
-        raise InputError.of(
-            "boundary",
-            "one with several line tensions at one simulation capillary number",
-            "none",
-            'vary both "line_tension" and "simulation_capillary_number"',
-        )
-    symmetry = shared["critical_symmetry"]
-    mean = symmetry.groupby(shared["simulation_capillary_number"]).transform("mean")
-    distance = (symmetry / mean - 1).abs()
-    half = shared["width"] / (2 * symmetry)
-    return Spread(float(np.sqrt((distance**2).mean())), float(distance.max()), float(half.max()))
-
-
-def slopes(rows: pd.DataFrame) -> dict[float, float]:
-    """Return the least-squares slope of ln S_c against ln μ̃, by line tension.
-
-    Line tensions with fewer than two critical symmetries are left out.
-    """
-    return {
-        float(str(tension)): float(
-            np.polyfit(np.log(group["drag"]), np.log(group["critical_symmetry"]), 1)[0]
-        )
-        for tension, group in rows.groupby("line_tension")
-        if len(group) > 1
-    }
 
 
 def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[Axes]:
@@ -109,23 +51,25 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
             figure = Figure(figsize=(style.ONE_COLUMN, 5.2), layout="constrained")
             axes = list(figure.subplots(2, 1))
         above, below = axes
+        colors = style.ordered_colors(rows["line_tension"])
         for k, (tension, group) in enumerate(rows.groupby("line_tension")):
             fitted = slope.get(float(str(tension)))
-            label = f"{tension:g}" + ("" if fitted is None else f"  ({signed(fitted, 3)})")
-            _draw_points(above, k, group["drag"], group["critical_symmetry"], label)
+            label = f"{tension:g}" + ("" if fitted is None else f"  ({numeral(fitted, '.3f')})")
+            look = {"color": colors[float(str(tension))], "label": label}
+            _draw_points(above, k, group["drag"], group["critical_symmetry"], look)
             _draw_dashes(above, group["drag"], group["critical_symmetry"])
             ratio = group["simulation_capillary_number"]
-            _draw_points(below, k, ratio, group["critical_symmetry"], label)
+            _draw_points(below, k, ratio, group["critical_symmetry"], look)
         _draw_dashes(below, rows["simulation_capillary_number"], rows["critical_symmetry"])
         _finish(above, rows["drag"], r"viscosity $\tilde{\mu}$", room=8)
         _finish(below, rows["simulation_capillary_number"], r"$\tilde{\mu}/\tilde{\gamma}$")
         above.legend(title=r"$\tilde{\gamma}$  (slope)", loc="lower left", handletextpad=0.1)
-        below.text(0.04, 0.05, _said(spread), transform=below.transAxes, fontsize=7)
+        below.text(0.04, 0.05, _spread_text(spread), transform=below.transAxes, fontsize=7)
         return list(axes)
 
 
-def _said(spread: Spread) -> str:
-    dashes = f"dashed: slope {signed(PAPER_SIMULATION_LINE.beta)}"
+def _spread_text(spread: Spread) -> str:
+    dashes = f"dashed: slope {numeral(PAPER_SIMULATION_LINE.beta)}"
     return (
         f"{dashes}\nspread about the mean of all $\\tilde{{\\gamma}}$:\n"
         f"rms {spread.typical:.2%}, largest {spread.largest:.2%}\n"
@@ -133,19 +77,13 @@ def _said(spread: Spread) -> str:
     )
 
 
-def _draw_points(axes: Axes, k: int, x: pd.Series, symmetry: pd.Series, label: str) -> None:
+def _draw_points(
+    axes: Axes, k: int, x: pd.Series, symmetry: pd.Series, look: dict[str, Any]
+) -> None:
     # Ever smaller, so that points in one place are all seen.
-    axes.plot(
-        x,
-        symmetry,
-        ls="none",
-        marker=MARKERS[k % len(MARKERS)],
-        ms=max(7.5 - 1.5 * k, 1.5),
-        mew=0.9,
-        mfc="none",
-        color=COLORS[k % len(COLORS)],
-        label=label,
-    )
+    size = max(7.5 - 1.5 * k, 1.5)
+    mark = style.MARKERS[k % len(style.MARKERS)]
+    axes.plot(x, symmetry, ls="none", marker=mark, ms=size, mew=0.9, mfc="none", **look)
 
 
 def _draw_dashes(axes: Axes, x: pd.Series, symmetry: pd.Series) -> None:

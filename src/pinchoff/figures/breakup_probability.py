@@ -12,13 +12,14 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from pinchoff.collisions.law import transition_factor
 from pinchoff.figures import style
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
+from pinchoff.support import palette
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.fits import LawFit
 
-_DATA, _LAW, _STEP = "#000000", "#7b5ea7", "#cc79a7"
+_DATA, _LAW, _STEP = palette.BLACK, palette.BLUE, palette.ORANGE
 _NEAR = (0.3, 3.0)  # Bk of the inset
 _PER_DECADE, _PER_DECADE_NEAR = 6, 20
 _LOWEST = 1e-6  # Bk; so small a droplet has grazed the obstacle

@@ -13,10 +13,11 @@ from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
-from pinchoff.figures.chamber import shape_patch
+from pinchoff.figures.chamber_design import REGION_LOOK, shape_patch
+from pinchoff.figures.phase_diagram import logarithmic_axes
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
-from pinchoff.figures.separating_line import logarithmic_axes
 from pinchoff.model.flow import Flow, stokes
+from pinchoff.support import palette
 
 if TYPE_CHECKING:
     from matplotlib.collections import QuadMesh
@@ -26,10 +27,9 @@ if TYPE_CHECKING:
     from pinchoff.model.simulation import Collision
     from pinchoff.studies.boundary import Boundary
 
-CHAMBER = "#d55e00"
-STOKES = "#0072b2"
+CHAMBER = palette.VERMILION
+STOKES = palette.BLUE
 
-_SPEED_MAP = "viridis"
 _NODES = 1100  # along the longer side of a map of speeds
 _CLOSE_PITCHES = 2.1  # width of the close-up
 _FASTEST = 2.0  # of the imaging area's mean: faster fluid has the last colour
@@ -102,9 +102,11 @@ def _draw_device(axes: Axes, check: FlowCheck) -> QuadMesh:
     speed = np.hypot(*np.moveaxis(_speed(check, x, y), -1, 0))
     fastest = _FASTEST * check.imaging_speed_mm_s
     mesh = axes.pcolormesh(
-        x / 1e3, y / 1e3, speed, cmap=_SPEED_MAP, vmin=0, vmax=fastest, rasterized=True
+        x / 1e3, y / 1e3, speed, cmap=palette.ORDERED_MAP, vmin=0, vmax=fastest, rasterized=True
     )
-    axes.add_patch(shape_patch(check.chamber.layout.fluid, fill=False, edgecolor=style.INK, lw=0.3))
+    axes.add_patch(
+        shape_patch(check.chamber.layout.fluid, fill=False, edgecolor=palette.INK, lw=0.3)
+    )
     rim = 0.02 * (right - left)
     axes.set(xlim=((left - rim) / 1e3, (right + rim) / 1e3))
     axes.set(ylim=((low - rim) / 1e3, (high + rim) / 1e3), aspect="equal")
@@ -121,7 +123,9 @@ def _draw_close(axes: Axes, check: FlowCheck) -> None:
     velocity = _speed(check, x, y)
     speed = np.hypot(velocity[..., 0], velocity[..., 1])
     fastest = _FASTEST * check.imaging_speed_mm_s
-    axes.pcolormesh(x / 1e3, y / 1e3, speed, cmap=_SPEED_MAP, vmin=0, vmax=fastest, rasterized=True)
+    axes.pcolormesh(
+        x / 1e3, y / 1e3, speed, cmap=palette.ORDERED_MAP, vmin=0, vmax=fastest, rasterized=True
+    )
     seeds = np.column_stack([np.full(15, x[1]), np.linspace(y[5], y[-6], 15)])
     axes.streamplot(
         *(x / 1e3, y / 1e3, velocity[..., 0], velocity[..., 1]),
@@ -134,7 +138,7 @@ def _draw_close(axes: Axes, check: FlowCheck) -> None:
     )
     for pillar in check.chamber.layout.pillars:
         place = (pillar.x_um / 1e3, pillar.y_um / 1e3)
-        axes.add_patch(Circle(place, pillar.radius_um / 1e3, fc=style.OBSTACLE, lw=0, zorder=3))
+        axes.add_patch(Circle(place, pillar.radius_um / 1e3, fc=palette.OBSTACLE, lw=0, zorder=3))
     axes.set(xlim=(x[0] / 1e3, x[-1] / 1e3), ylim=(y[0] / 1e3, y[-1] / 1e3), aspect="equal")
     axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)")
 
@@ -143,12 +147,12 @@ def _draw_profiles(axes: Axes, check: FlowCheck) -> None:
     """Draw the speed along the middle of the channel, and half a pitch beside it."""
     at, pitch = check.chamber.layout.stations, check.chamber.imaging.pitch_um
     x = np.linspace(at.channel - 600.0, at.outlet, 3000)
-    for y, color, label in ((0.0, "#000000", "$y$ = 0"), (pitch / 2, CHAMBER, None)):
+    for y, color, label in ((0.0, palette.BLACK, "$y$ = 0"), (pitch / 2, CHAMBER, None)):
         velocity = _speed(check, x, np.array([y]))[0]
         axes.plot(x / 1e3, velocity[:, 0], color=color, lw=0.9, label=label or f"$y$ = {y:g} µm")
     mean = check.imaging_speed_mm_s
     axes.axhline(mean, color="0.5", lw=0.8, ls=(0, (4, 2)), label="mean of the imaging area")
-    axes.axvspan(at.imaging / 1e3, at.exit / 1e3, color="#b48ad0", alpha=0.2, lw=0)
+    axes.axvspan(at.imaging / 1e3, at.exit / 1e3, color=REGION_LOOK["imaging"][0], alpha=0.2, lw=0)
     axes.text(*((at.imaging + at.exit) / 2e3, 2.85 * mean, "imaging area"), ha="center", va="top")
     before = (at.channel + at.imaging) / 2e3
     axes.text(before, 2.85 * mean, "droplets'\nchannel", ha="center", va="top")
@@ -190,7 +194,7 @@ def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
             ls=(0, (3, 1.5)),
             label=f"{name}, $y=0$",
         )
-    axes.axhspan(0, 1, color=style.OBSTACLE, alpha=0.25, lw=0)
+    axes.axhspan(0, 1, color=palette.OBSTACLE, alpha=0.25, lw=0)
     axes.set(xlabel="velocity along $x$ ($v_{f\\infty}$)", ylabel="distance from the centre ($R$)")
     axes.set(ylim=(0, 1.4 / radius))
     axes.set_title("(c) beside and before the obstacle", loc="left", fontsize=7.5)

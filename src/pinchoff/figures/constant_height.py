@@ -9,20 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
-from scipy.optimize import brentq
 
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
 from pinchoff.collisions.segments import (
     SMALL_SEGMENT_EXPONENT,
+    height_of_symmetry,
     local_exponent,
     segment_area,
-    symmetry_of_height,
 )
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import signed
+from pinchoff.support import palette
+from pinchoff.support.numerals import numeral
 
 _OBSTACLE = 0.45  # radius, of the smaller droplet's diameter
-_SEGMENT = "#f0c419"
 
 
 def constant_height(
@@ -59,21 +58,16 @@ def constant_height(
         return list(axes)
 
 
-def height_of_symmetry(symmetry: float) -> float:
-    """Return h/D of a circle with such an S, from 0 to 1/2."""
-    return float(brentq(lambda t: float(symmetry_of_height(t)) - symmetry, 0.0, 0.5))
-
-
 def _draw_construction(axes: Axes, beta: float, small_symmetry: float) -> None:
     heights, areas = [], []
-    axes.add_patch(Circle((0, 0), _OBSTACLE, color=style.OBSTACLE, zorder=4))
+    axes.add_patch(Circle((0, 0), _OBSTACLE, color=palette.OBSTACLE, zorder=4))
     for diameter in (2.0, 1.0):
         symmetry = small_symmetry * (diameter**2) ** beta
         height = diameter * height_of_symmetry(symmetry)
         heights.append(height)
         areas.append(float(segment_area(height, diameter)))
         _draw_droplet(axes, diameter, height)
-    axes.axhline(0.0, color=style.CENTRELINE, ls=(0, (4, 2)), lw=0.9, zorder=5)
+    axes.axhline(0.0, color=palette.CENTRELINE, ls=(0, (4, 2)), lw=0.9, zorder=5)
     axes.set_aspect("equal")
     axes.set_xlim(-2.7, 0.6)
     axes.set_ylim(-0.62, 1.75)
@@ -90,10 +84,10 @@ def _draw_droplet(axes: Axes, diameter: float, height: float) -> None:
     """Draw a circle that touches the obstacle, its part below the centreline in yellow."""
     y = 0.5 * diameter - height
     x = -np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
-    circle = Circle((x, y), 0.5 * diameter, fc=style.DROPLET, ec="none", alpha=0.55, zorder=1)
-    rim = Circle((x, y), 0.5 * diameter, fc="none", ec=style.DROPLET_RIM, lw=1, zorder=3)
+    circle = Circle((x, y), 0.5 * diameter, fc=palette.DROPLET, ec="none", alpha=0.55, zorder=1)
+    rim = Circle((x, y), 0.5 * diameter, fc="none", ec=palette.DROPLET_RIM, lw=1, zorder=3)
     below = Polygon(
-        [(-9, -9), (9, -9), (9, 0), (-9, 0)], fc=_SEGMENT, ec="none", alpha=0.8, zorder=2
+        [(-9, -9), (9, -9), (9, 0), (-9, 0)], fc=palette.YELLOW, ec="none", alpha=0.8, zorder=2
     )
     axes.add_patch(circle)
     axes.add_patch(below)
@@ -112,8 +106,10 @@ def _draw_exponent(axes: Axes, beta: float) -> None:
     relative = np.linspace(1e-3, 0.5, 300)
     axes.plot(relative, local_exponent(relative), color="k", label="one height $h$, exact")
     limit = SMALL_SEGMENT_EXPONENT
-    axes.axhline(limit, color="#0072b2", ls=":", label=f"limit of small $h$: {signed(limit)}")
-    axes.axhline(beta, color="#d55e00", ls="--", label=f"separating line: {signed(beta, 3)}")
+    axes.axhline(limit, color=palette.BLUE, ls=":", label=f"limit of small $h$: {numeral(limit)}")
+    axes.axhline(
+        beta, color=palette.VERMILION, ls="--", label=f"separating line: {numeral(beta, '.3f')}"
+    )
     axes.set_xlim(0, 0.5)
     axes.set_xlabel("$h/D$")
     axes.set_ylabel(r"$\mathrm{d}\ln S/\mathrm{d}\ln A$")

@@ -13,6 +13,7 @@ from matplotlib.path import Path
 
 from pinchoff.figures import style
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
+from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
 
-_LARGE, _SMALL = "#7aa6d6", "#f0c419"
-_ARC = "#009e73"
+_LARGE, _SMALL = palette.SKY, palette.YELLOW
+_ARC = palette.GREEN
 _MARGIN = 0.12  # round what is shown [D0]
 _FAR = 50.0  # beyond everything that is drawn [D0]
 
@@ -52,7 +53,7 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
         circles = PatchCollection(
             [Circle(tuple(vertex), 0.5 * spacing) for vertex in vertices],
             facecolor="white",
-            edgecolor=style.DROPLET_RIM,
+            edgecolor=palette.DROPLET_RIM,
             lw=0.5,
             zorder=3.2,
         )
@@ -60,7 +61,7 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
         arc = _shorter_arc(vertices, i, j)
         axes.plot(*arc.T, color=_ARC, lw=1.6, zorder=3.4, label="$s_{ij}$, shorter arc")
         label = f"$r_{{ij}}$ = $d_\\mathrm{{neck}}$ = {length:.3f} $D_0$"
-        axes.plot(*vertices[[i, j]].T, color=style.NECK, lw=1.8, zorder=3.6, label=label)
+        axes.plot(*vertices[[i, j]].T, color=palette.NECK, lw=1.8, zorder=3.6, label=label)
         middle = arc[len(arc) // 2]
         axes.annotate("$s_{ij}$", middle, xytext=(4, 4), textcoords="offset points", color=_ARC)
         axes.annotate("$R$", tuple(outlines.obstacles[0, :2]), color="white", ha="center", zorder=5)
@@ -100,7 +101,12 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
         ):
             _shade(axes, droplet.vertices, centre, along, side * across, color, label)
         axes.axline(
-            tuple(centre), tuple(centre + along), color=style.INK, lw=1, ls=(0, (4, 2)), zorder=3.5
+            tuple(centre),
+            tuple(centre + along),
+            color=palette.INK,
+            lw=1,
+            ls=(0, (4, 2)),
+            zorder=3.5,
         )
         start = droplet.vertices.mean(axis=0)
         arrow = {"arrowstyle": "-|>", "color": "white", "lw": 3, "mutation_scale": 14}
@@ -165,6 +171,6 @@ def _shade(
     half.set_label(label)
     axes.add_patch(half)
     half.set_clip_path(PathPatch(Path(outline), transform=axes.transData))
-    rim = LineCollection([np.concatenate([outline, outline[:1]])], color=style.DROPLET_RIM, lw=1)
+    rim = LineCollection([np.concatenate([outline, outline[:1]])], color=palette.DROPLET_RIM, lw=1)
     rim.set_zorder(3)
     axes.add_collection(rim)

@@ -9,17 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pinchoff.collisions.schema import synthetic
+from pinchoff.collisions.segments import area_ratio_bound
 from pinchoff.figures import style
+from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def area_ratio_bound(symmetry: np.typing.ArrayLike) -> np.typing.NDArray[np.float64]:
-    """Return S/(2 - S), A1/A2 without exchange between the two sides [paper, eq. DDR]."""
-    s = np.asarray(symmetry, dtype=np.float64)
-    return np.asarray(s / (2.0 - s))
 
 
 def daughter_areas(
@@ -61,7 +57,7 @@ def daughter_areas(
             ratio,
             s=9 if len(broke) < 1000 else 4,
             c=broke["capillary_number"],
-            cmap="viridis",
+            cmap=palette.ORDERED_MAP,
             norm="log",
             linewidths=0,
             rasterized=True,

@@ -4,31 +4,25 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from pinchoff.model.outlines import Outlines
 
 _PIXELS = (960, 540)  # both even, as yuv420p needs
 _DOTS_PER_INCH = 160
 _FONT_SIZE = 11  # points
 _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
-_QUALITY = {"crf": "18"}  # constant rate factor of x264: no visible loss
-
-Pixels = npt.NDArray[np.uint8]
+_QUALITY = 18  # constant rate factor of x264: no visible loss
 
 
 def write_movie(
@@ -55,48 +49,20 @@ def write_movie(
     Raises
     ------
     InputError
-        If PyAV is not installed, the name does not end in ``.mp4``, fps is not from 1 to 240, or
-        no droplet ever comes into view.
+        PyAV or OpenCV is not installed, the name does not end in ``.mp4``, fps is not from 1 to
+        240, or no droplet ever comes into view.
     """
-    av = require_pyav()
-    target = Path(path)
-    if target.suffix != ".mp4":
-        raise InputError.of("path", "a name ending in .mp4", target, "rename it")
     if not 1 <= fps <= 240:
         raise InputError.of("fps", "from 1 to 240", fps, "choose frames per second of film")
     window = _window(outlines)
     frames = _frames_in_view(outlines, window)
     if not frames:
         raise InputError.of("outlines", "near the obstacles", outlines, "give a whole run")
-    with written_aside(target) as unfinished, av.open(str(unfinished), "w") as container:
-        stream = container.add_stream("libx264", rate=fps, options=_QUALITY)
-        stream.width, stream.height = _PIXELS
-        stream.pix_fmt = "yuv420p"
+    with ClipWriter(path, _PIXELS, fps, _QUALITY) as film:
         for done, pixels in enumerate(_drawn(outlines, frames, window), start=1):
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(pixels, format="rgb24")))
+            film.append(pixels)
             if progress is not None:
                 progress(done, len(frames))
-        container.mux(stream.encode(None))
-
-
-def require_pyav() -> ModuleType:
-    """Return the module ``av``.
-
-    Raises
-    ------
-    InputError
-        If it is not installed.
-    """
-    try:
-        import av
-    except ImportError as error:
-        raise InputError.of(
-            "movie",
-            "left out where PyAV is missing",
-            f"'{error}'",
-            "install it with: pip install 'pinchoff[video]'",
-        ) from error
-    return av
 
 
 def _window(outlines: Outlines) -> Window:

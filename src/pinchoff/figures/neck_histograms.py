@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import BROKE, UNBROKEN
+from pinchoff.figures.phase_diagram import OUTCOMES
 from pinchoff.studies.necks import ThinningHistory, last_frame_necks
 from pinchoff.support.errors import InputError
 
@@ -23,7 +23,6 @@ FRAME_RATES = (30.0, 60.0, 240.0, 1000.0)
 
 _PAPER_LIMIT_UM = 80.3  # 0.167 of the median diameter of droplets that broke
 _BINS = 40
-_COLORS = ("#0072b2", "#009e73", "#e69f00", "#d55e00")
 
 
 def neck_histograms(
@@ -65,8 +64,8 @@ def neck_histograms(
             panels = figure.subplots(1, 1 if history is None else 2, squeeze=False)
             axes = list(panels[0])
         edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()
-        for which, color, label in ((broke, BROKE, "breaks"), (~broke, UNBROKEN, "does not break")):
-            values = necks[measured & which]
+        for kind, color, label in reversed(OUTCOMES):
+            values = necks[measured & (broke == kind)]
             text = f"{label}: {len(values):,}"
             axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
         if unit == "µm":
@@ -84,7 +83,7 @@ def neck_histograms(
 
 def _draw_cameras(axes: Axes, history: ThinningHistory) -> None:
     """Draw the cumulative distribution of the neck in the last frame before the break-up."""
-    for rate, color in zip(FRAME_RATES, _COLORS, strict=True):
+    for rate, color in style.ordered_colors(FRAME_RATES).items():
         necks = np.sort(last_frame_necks(history, rate))
         share = (np.arange(len(necks)) + 0.5) / len(necks)
         axes.plot(necks, share, color=color, label=f"{rate:g} frames/s")

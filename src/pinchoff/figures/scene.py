@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
 
-from pinchoff.figures import style
 from pinchoff.model.outlines import Outline, Outlines
+from pinchoff.support import palette
 
 _SCALE_BAR_SHARE = 0.2  # of the window's width, about
 
@@ -69,20 +69,22 @@ class Scale(NamedTuple):
 
 def draw_chamber(axes: Axes, outlines: Outlines, window: Window) -> None:
     """Draw the fluid and the obstacles, and fit the axes to the window without any ticks."""
-    axes.set_facecolor(style.FLUID)
+    axes.set_facecolor(palette.FLUID)
     axes.set(xlim=(window.left, window.right), ylim=(window.bottom, window.top), aspect="equal")
     axes.set(xticks=[], yticks=[])
     axes.spines[:].set_visible(False)
     for x, y, radius in outlines.obstacles:
-        axes.add_patch(Circle((x, y), radius, facecolor=style.OBSTACLE, edgecolor="none", zorder=3))
+        axes.add_patch(
+            Circle((x, y), radius, facecolor=palette.OBSTACLE, edgecolor="none", zorder=3)
+        )
 
 
 def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> PolyCollection:
     """Draw droplets, pink with a dark rim of the given width [points]."""
     polygons = PolyCollection(
         [droplet.vertices for droplet in droplets],
-        facecolors=style.DROPLET,
-        edgecolors=style.DROPLET_RIM,
+        facecolors=palette.DROPLET,
+        edgecolors=palette.DROPLET_RIM,
         linewidths=rim,
         joinstyle="round",
         zorder=2,
@@ -98,7 +100,7 @@ def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:
     left = right - length / scale.length
     height = window.bottom + 0.07 * window.height
     axes.plot(
-        [left, right], [height, height], color=style.INK, lw=2, solid_capstyle="butt", zorder=4
+        [left, right], [height, height], color=palette.INK, lw=2, solid_capstyle="butt", zorder=4
     )
     axes.annotate(
         f"{length:g} {scale.length_unit}",

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -14,41 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pinchoff.figures import style
-from pinchoff.figures.scene import (
-    Scale,
-    Window,
-    draw_chamber,
-    draw_droplets,
-    draw_scale_bar,
-)
+from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
 from pinchoff.model.outlines import Outline, Outlines
+from pinchoff.studies.moments import Moment, collision_moments, first_contact
+from pinchoff.support import palette
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from pinchoff.model.gsd import Floats
 
 _PANELS_A_ROW = 3
-_APPROACH_GAP = 0.35  # between droplet and obstacle in the first snapshot [D0]
-_DEPARTURE = 1.2  # of the foremost centroid from the last obstacle in the last snapshot [D0]
 _MARGIN = 0.15  # round everything that is shown [D0]
-
-
-class Moment(NamedTuple):
-    """A frame worth showing, and what happens in it."""
-
-    frame: int
-    name: str
-
-
-class _Contact(NamedTuple):
-    """First contact: its frame, which outline (of all) touches, and which obstacle."""
-
-    frame: int
-    outline: int
-    obstacle: int
 
 
 def snapshot_strip(
@@ -115,69 +86,7 @@ def write_snapshots(path: str | os.PathLike[str], outlines: Outlines) -> None:
     InputError
         If there are no outlines.
     """
-    figure = snapshot_strip(outlines)[0].figure
-    assert isinstance(figure, Figure)
-    with written_aside(Path(path)) as unfinished:
-        figure.savefig(unfinished)
-
-
-def collision_moments(outlines: Outlines) -> list[Moment]:
-    """Choose the frames that tell a collision, from the outlines alone.
-
-    Returns
-    -------
-    list of Moment
-        Approach, contact, deformation, neck, break-up and after; without a break-up the greatest
-        deformation stands for the neck; without a contact, six frames of the passage. Moments that
-        fall on one frame are listed once.
-    """
-    table = outlines.measure()
-    contact = _first_contact(outlines)
-    if contact is None:
-        return _pass_moments(table, outlines)
-    breakup = _breakup_frame(outlines)
-    after = _departure_frame(table, outlines, breakup or contact.frame)
-    told = [
-        Moment(_approach_frame(outlines, contact.frame), "approach"),
-        Moment(contact.frame, "contact"),
-        *(
-            _slip_moments(table, contact.frame, after)
-            if breakup is None
-            else _breakup_moments(contact.frame, breakup)
-        ),
-        Moment(after, "after"),
-    ]
-    first_named = {moment.frame: moment for moment in reversed(told)}
-    return [first_named[frame] for frame in sorted(first_named)]
-
-
-def _breakup_moments(contact: int, breakup: int) -> list[Moment]:
-    return [
-        Moment((contact + breakup) // 2, "deformation"),
-        Moment(breakup - 1, "neck"),
-        Moment(breakup, "break-up"),
-    ]
-
-
-def _slip_moments(table: pd.DataFrame, contact: int, after: int) -> list[Moment]:
-    shown = table[table["frame"].between(contact, after)]
-    most = int(shown["frame"].to_numpy()[shown["shape_parameter"].argmax()])
-    return [
-        Moment((contact + most) // 2, "deformation"),
-        Moment(most, "most deformed"),
-        Moment((most + after) // 2, "passing"),
-    ]
-
-
-def _pass_moments(table: pd.DataFrame, outlines: Outlines) -> list[Moment]:
-    """Return moments at equal intervals while a droplet passes the obstacles, or all along."""
-    near = table["frame"]
-    if len(outlines.obstacles):
-        low, high = outlines.obstacles[:, 0].min(), outlines.obstacles[:, 0].max()
-        near = near[table["x"].between(low - _DEPARTURE, high + _DEPARTURE)]
-    first, last = (near.min(), near.max()) if len(near) else (0, len(outlines) - 1)
-    frames = np.unique(np.linspace(first, last, 2 * _PANELS_A_ROW).round().astype(int))
-    return [Moment(int(frame), "") for frame in frames]
+    style.save(path, snapshot_strip(outlines)[0])
 
 
 def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
@@ -185,44 +94,6 @@ def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted)):
         raise InputError.of("times", "finite numbers", times, "give one or more times in t0")
     return [Moment(int(np.argmin(np.abs(outlines.times - time))), "") for time in wanted]
-
-
-def _distances(outlines: Outlines) -> Floats:
-    """Return the distance of each vertex from the surface of each obstacle: (V, M) [D0]."""
-    separation = outlines.vertices[:, None, :] - outlines.obstacles[None, :, :2]
-    return np.hypot(separation[..., 0], separation[..., 1]) - outlines.obstacles[:, 2]
-
-
-def _first_contact(outlines: Outlines) -> _Contact | None:
-    """Find the first vertex within half an edge of an obstacle: there it feels the wall."""
-    sizes = np.diff(outlines.offsets)
-    perimeters = outlines.measure()["perimeter"].to_numpy()
-    reach = np.repeat(0.5 * perimeters / sizes, sizes)
-    vertices, obstacles = np.nonzero(_distances(outlines) < reach[:, None])
-    if len(vertices) == 0:
-        return None
-    outline = int(np.searchsorted(outlines.offsets, vertices[0], side="right")) - 1
-    return _Contact(int(outlines.frame[outline]), outline, int(obstacles[0]))
-
-
-def _approach_frame(outlines: Outlines, contact: int) -> int:
-    """Return the last frame before the contact in which every droplet keeps its distance."""
-    near = np.flatnonzero(_distances(outlines).min(axis=1) < _APPROACH_GAP)
-    outline = np.searchsorted(outlines.offsets, near[0], side="right") - 1
-    return max(min(int(outlines.frame[outline]), contact) - 1, 0)
-
-
-def _breakup_frame(outlines: Outlines) -> int | None:
-    """Return the first frame with a daughter."""
-    born = outlines.frame[outlines.generation > outlines.generation[0]]
-    return int(born[0]) if len(born) else None
-
-
-def _departure_frame(table: pd.DataFrame, outlines: Outlines, first: int) -> int:
-    """Return the first frame after `first` in which a droplet is well past the obstacles."""
-    beyond = outlines.obstacles[:, 0].max() + _DEPARTURE
-    gone = table.loc[(table["frame"] > first) & (table["x"] > beyond), "frame"]
-    return int(gone.iloc[0]) if len(gone) else len(outlines) - 1
 
 
 def _window(outlines: Outlines, moments: Sequence[Moment]) -> Window:
@@ -273,7 +144,7 @@ def _draw_snapshot(
 
 def _draw_centreline(axes: Axes, outlines: Outlines) -> None:
     """Draw the line that divides the droplet at contact into the two areas of its symmetry."""
-    contact = _first_contact(outlines)
+    contact = first_contact(outlines)
     if contact is None:
         return
     droplet = outlines.outline(contact.outline)
@@ -282,7 +153,7 @@ def _draw_centreline(axes: Axes, outlines: Outlines) -> None:
     axes.axline(
         tuple(centre),
         tuple(centre + velocity),
-        color=style.CENTRELINE,
+        color=palette.CENTRELINE,
         lw=1,
         ls=(0, (4, 2)),
         zorder=2.5,
@@ -296,4 +167,4 @@ def _draw_neck(axes: Axes, outlines: Outlines, droplets: Sequence[Outline]) -> N
     thickness, i, j = necks[thinnest]
     if math.isfinite(thickness):
         ends = droplets[thinnest].vertices[[i, j]]
-        axes.plot(*ends.T, color=style.NECK, lw=2, solid_capstyle="round", zorder=3.5)
+        axes.plot(*ends.T, color=palette.NECK, lw=2, solid_capstyle="round", zorder=3.5)

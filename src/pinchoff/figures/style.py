@@ -1,17 +1,25 @@
-"""The one look of all figures: sizes and fonts of a two-column journal, colours that stay apart.
+"""The one look of all figures: sizes and fonts of a two-column journal, and how they are saved.
 
-Line colours are from the palette of Okabe and Ito, which readers with any colour vision can tell
-apart; the droplets are pink with a dark rim, as under the microscope.
+A label gives its unit in parentheses: "speed (mm/s)". The colours are those of
+`pinchoff.support.palette`.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterable
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 from cycler import cycler
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pinchoff.support import palette
+from pinchoff.support.files import written_aside
 
 #: Widths of a figure [inch]: one column (8.3 cm), and across both (17.1 cm).
 ONE_COLUMN = 3.27
@@ -20,20 +28,15 @@ TWO_COLUMNS = 6.73
 #: Resolution of written pictures [dots per inch].
 DOTS_PER_INCH = 300
 
-DROPLET = "#f2a6bd"
-DROPLET_RIM = "#40202c"
-FLUID = "#eeeeec"
-OBSTACLE = "#4d4d4d"
-INK = "#1a1a1a"
-NECK = "#d55e00"
-CENTRELINE = "#0072b2"
+#: Marks of groups that are told apart by mark and colour.
+MARKERS = "osD^vPX*"
+
+_SALT = "pinchoff"  # of the names inside an SVG: the same figure is the same file
 
 STYLE: dict[str, Any] = {
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
-    "axes.prop_cycle": cycler(
-        color=["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"]
-    ),
+    "axes.prop_cycle": cycler(color=palette.CATEGORIES),
     "axes.titlepad": 3,
     "axes.titlesize": 8,
     "figure.dpi": DOTS_PER_INCH,
@@ -44,7 +47,7 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.2,
     "mathtext.fontset": "dejavusans",
     "savefig.dpi": DOTS_PER_INCH,
-    "text.color": INK,
+    "text.color": palette.INK,
     "xtick.labelsize": 7,
     "ytick.labelsize": 7,
 }
@@ -60,7 +63,7 @@ def mark_synthetic(axes: Axes, x: float = 0.98, y: float = 0.03) -> None:
         ha="right" if x > 0.5 else "left",
         fontsize=6.5,
         fontstyle="italic",
-        color="#d55e00",
+        color=palette.VERMILION,
         zorder=9,
     )
 
@@ -69,3 +72,30 @@ def journal_style(font_size: float = STYLE["font.size"]) -> AbstractContextManag
     """Return a context in which figures take the look of this package; font size in points."""
     settings: Any = {**STYLE, "font.size": font_size}  # matplotlib lists its keys as literals
     return mpl.rc_context(settings)
+
+
+def ordered_colors(values: Iterable[float]) -> dict[float, Any]:
+    """Return a colour for each value of a quantity with an order, from dark to light.
+
+    The colours are even in the order of the values, not in the values.
+    """
+    ranked = sorted(set(values))
+    shades = mpl.colormaps[palette.ORDERED_MAP](np.linspace(0.0, 0.88, max(2, len(ranked))))
+    return {value: tuple(shade) for value, shade in zip(ranked, shades, strict=False)}
+
+
+def save(path: str | os.PathLike[str], axes: Axes) -> None:
+    """Write the figure of some axes as a picture, complete or not at all.
+
+    The suffix chooses the format, as in .png, .pdf and .svg. The same figure is the same file,
+    byte for byte.
+    """
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    target = Path(path)
+    undated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(target.suffix)
+    with (
+        mpl.rc_context({"svg.hashsalt": _SALT, "svg.fonttype": "none"}),
+        written_aside(target) as unfinished,
+    ):
+        figure.savefig(unfinished, dpi=DOTS_PER_INCH, metadata=undated)

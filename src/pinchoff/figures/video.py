@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
+from pinchoff.support import palette
 
 if TYPE_CHECKING:
     import pandas as pd
 
-_BROKE, _UNBROKEN, _REJECTED = "#009e73", "#cc79a7", "#bbbbbb"
 _BINS = 20
 
 
@@ -67,7 +67,7 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
                 [values[measured & broke], values[measured & ~broke]],
                 edges,
                 stacked=True,
-                color=[_BROKE, _UNBROKEN],
+                color=[palette.BROKE, palette.UNBROKEN],
                 label=["broke", "did not"],
             )
         panels[0].set_ylabel("collisions")
@@ -85,7 +85,7 @@ def timeline(table: pd.DataFrame) -> Axes:
         Collisions with the column ``clip``.
     """
     clips = list(dict.fromkeys(table["clip"]))
-    kinds = {"broke": _BROKE, "did not": _UNBROKEN, "rejected": _REJECTED}
+    kinds = {"broke": palette.BROKE, "did not": palette.UNBROKEN, "rejected": palette.REJECTED}
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
     chosen = {"broke": accepted & broke, "did not": accepted & ~broke, "rejected": ~accepted}

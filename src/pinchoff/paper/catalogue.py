@@ -13,8 +13,7 @@ from pinchoff.figures.constant_height import constant_height
 from pinchoff.figures.construction import model_schematic, symmetry_construction
 from pinchoff.figures.daughters import daughter_areas
 from pinchoff.figures.neck_histograms import neck_histograms
-from pinchoff.figures.separated_outcomes import separated_outcomes
-from pinchoff.figures.separating_line import separating_line
+from pinchoff.figures.phase_diagram import separated_outcomes, separating_line
 from pinchoff.figures.sequences import collision_pairs
 from pinchoff.figures.snapshots import snapshot_strip
 from pinchoff.paper.study import Study
@@ -76,14 +75,14 @@ def _necks(study: Study) -> Axes:
 
 def _device(_: Study) -> Axes:
     from pinchoff.chamber import Chamber
-    from pinchoff.figures.chamber import chamber_design
+    from pinchoff.figures.chamber_design import chamber_design
 
     return chamber_design(Chamber())
 
 
 def _filmed(figure: str) -> Callable[[Study], Axes]:
     def draw(study: Study) -> Axes:
-        from pinchoff.figures.comparison import compared
+        from pinchoff.figures.filmed_comparison import compared
         from pinchoff.paper.filming import filmed_comparison
 
         return compared(filmed_comparison(study.folder, figure, study.seed))[-1]

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pinchoff.figures.separating_line import write_figure
+from pinchoff.figures import style
 from pinchoff.paper.catalogue import FIGURES, PaperFigure
 from pinchoff.paper.numbers import Number, data_name, numbers
 from pinchoff.paper.study import Study
@@ -192,8 +192,8 @@ def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
     if not all(path.exists() for path in (png, pdf, record)):
         started = time.perf_counter()
         axes = figure.draw(study)
-        write_figure(png, axes)
-        write_figure(pdf, axes)
+        style.save(png, axes)
+        style.save(pdf, axes)
         how = f"{figure.how}; {data_name(study)}" if figure.experiment else figure.how
         made = {
             "figure": figure.name,

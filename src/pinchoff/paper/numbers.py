@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_WIDTH, transition_factor
-from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, segment_area
-from pinchoff.figures.appendix_c import collapse_spread, slopes
-from pinchoff.figures.daughters import area_ratio_bound
+from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
@@ -23,8 +21,10 @@ from pinchoff.paper.study import (
     Study,
     paper_breakup_number,
 )
+from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.studies.virtual import CONDITIONS, PAPER_COUNT, SPEEDS_MM_S
 from pinchoff.support.interval import Estimate
+from pinchoff.support.numerals import numeral
 from pinchoff.support.quantities import CA_PER_CA_SIM, capillary_number
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def _law(study: Study) -> Iterator[Number]:
     said["w"] = ("width w", PAPER_WIDTH, 0.006)
     estimates = study.law.intervals[PROFILE]
     for key, (name, value, error) in said.items():
-        paper = f"{_written(value)} ± {error:g}"
+        paper = f"{_numeral(value)} ± {error:g}"
         yield _estimated(
             f"{name}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
         )
@@ -142,7 +142,7 @@ def _exponents(study: Study) -> Iterator[Number]:
         ("epsilon_mu", "exponent ε_μ of μ", 1.0),
     ):
         if key in found:
-            yield _estimated(name, "sec. 4.2", _written(value), (value, 0.0), found[key], how)
+            yield _estimated(name, "sec. 4.2", _numeral(value), (value, 0.0), found[key], how)
 
 
 def _simulations(study: Study) -> Iterator[Number]:
@@ -171,7 +171,7 @@ def _simulations(study: Study) -> Iterator[Number]:
         (-0.72, 0.0),
         study.tensions.fit().beta,
         f"{ENGINE}, {len(tilts)} line tensions",
-        note=f"each alone: {_written(min(tilts))} to {_written(max(tilts))}",
+        note=f"each alone: {_numeral(min(tilts))} to {_numeral(max(tilts))}",
     )
     spread = collapse_spread(found)
     yield Number(
@@ -333,6 +333,10 @@ def _scales(_: Study) -> Iterator[Number]:
     )
 
 
+def _numeral(value: float) -> str:
+    return numeral(value, ".4g")
+
+
 def data_name(study: Study) -> str:
     """Say which collisions the law is fitted to."""
     return "your collisions" if study.experiment is not None else "synthetic data"
@@ -354,8 +358,8 @@ def _estimated(
         name,
         place,
         paper,
-        _written(ours.value),
-        f"{_written(ours.low)} to {_written(ours.high)}",
+        _numeral(ours.value),
+        f"{_numeral(ours.low)} to {_numeral(ours.high)}",
         how,
         "agrees" if agrees else "differs",
         *ours[:3],
@@ -377,7 +381,7 @@ def _plain(
     """Compare two numbers that agree if they are within a factor, for what the paper rounds."""
     ratio = ours / known
     agrees = ratio > 0 and max(ratio, 1 / ratio) <= factor + 1e-9
-    shown = f"{_written(ours)}{unit}"
+    shown = f"{_numeral(ours)}{unit}"
     return Number(name, place, paper, shown, "", how, "agrees" if agrees else "differs", ours)
 
 
@@ -401,7 +405,3 @@ def _ordered(
         low,
         high,
     )
-
-
-def _written(value: float) -> str:
-    return f"{value:.4g}".replace("-", "−", 1) if value < 0 else f"{value:.4g}"

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.figures import style
+from pinchoff.support import palette
 from pinchoff.video.clips import Measured
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.reading import Frame
@@ -30,9 +30,9 @@ def _rgb(colour: str) -> tuple[int, int, int]:
     return red, green, blue
 
 
-OUTLINE, TOUCHING, CUT = _rgb("#009e73"), _rgb("#e69f00"), _rgb("#999999")
-CONTACT, BREAKUP = _rgb(style.CENTRELINE), _rgb(style.NECK)
-NECK, OBSTACLE, TEXT = _rgb(style.NECK), _rgb("#0072b2"), _rgb("#000000")
+OUTLINE, TOUCHING, CUT = _rgb(palette.GREEN), _rgb(palette.ORANGE), _rgb(palette.GREY)
+CONTACT, BREAKUP = _rgb(palette.CENTRELINE), _rgb(palette.NECK)
+NECK, OBSTACLE, TEXT = _rgb(palette.NECK), _rgb(palette.BLUE), _rgb(palette.BLACK)
 
 
 def rgb_of(frame: Frame) -> Pixels:

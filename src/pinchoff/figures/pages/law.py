@@ -10,6 +10,7 @@ from pinchoff.collisions.law import transition_factor
 from pinchoff.figures.page import Page
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
+from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
     from pinchoff.figures.page import Picture
@@ -34,12 +35,8 @@ MOST_SET_ASIDE = 200
 
 
 def signed_number(value: float, digits: int = 4) -> str:
-    """Write a number with so many significant digits and a true minus sign; ∞ where it is."""
-    if math.isinf(value):
-        return "∞" if value > 0 else "−∞"
-    if 10**digits <= abs(value) < 1e9:
-        return f"{value:,.0f}".replace("-", "\N{MINUS SIGN}")
-    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+    """Write a number with so many significant digits; large ones in full."""
+    return numeral(value, ",.0f" if 10**digits <= abs(value) < 1e9 else f".{digits}g")
 
 
 def interval(estimate: Estimate) -> str:

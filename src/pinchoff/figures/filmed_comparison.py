@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import write_figure
+from pinchoff.support import palette
+from pinchoff.support.numerals import numeral
 from pinchoff.video.overlay import rgb_of
 from pinchoff.video.reading import Clip
 
@@ -20,13 +21,12 @@ if TYPE_CHECKING:
     from pinchoff.video.comparison import Comparison
 
 _PANELS = 6
-_SIMULATED = "#d00000"
 _REACH = 5.0  # obstacle radii shown on either side of its centre
 
 
 def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> None:
     """Write the figure of a comparison; the suffix chooses its format."""
-    write_figure(path, compared(comparison)[-1])
+    style.save(path, compared(comparison)[-1])
 
 
 def compared(comparison: Comparison) -> list[Axes]:
@@ -83,24 +83,24 @@ def _draw_frame(
     axes.imshow(image)
     for _, outline in comparison.passage.droplets_at(time):
         closed = np.vstack([outline, outline[:1]])
-        axes.plot(*closed.T, color=_SIMULATED, lw=0.8)
+        axes.plot(*closed.T, color=palette.SIMULATED, lw=0.8)
     x, y, radius = comparison.passage.obstacles[0]
     reach = _REACH * radius
     axes.set(xlim=(x - reach, x + reach), ylim=(y + reach, y - reach), xticks=[], yticks=[])
     since = (time - comparison.row["contact_time_s"]) * 1e3
-    axes.set_title(f"{since:.0f} ms".replace("-", "\N{MINUS SIGN}"))
+    axes.set_title(f"{numeral(since, '.0f')} ms")
 
 
 def _draw_path(axes: Axes, comparison: Comparison) -> None:
-    axes.plot(*comparison.simulated.T, color=_SIMULATED, label="simulation")
-    axes.plot(*comparison.filmed.T, "o", ms=2.5, color=style.INK, label="film")
+    axes.plot(*comparison.simulated.T, color=palette.SIMULATED, label="simulation")
+    axes.plot(*comparison.filmed.T, "o", ms=2.5, color=palette.INK, label="film")
     axes.set(xlabel="$x_{CM}$ [µm]", ylabel="$y_{CM}$ [µm]")
     axes.set_title(f"root mean square distance {comparison.position_rms_um:.1f} µm", loc="right")
     axes.legend()
 
 
 def _draw_shape(axes: Axes, comparison: Comparison) -> None:
-    axes.plot(comparison.simulated[:, 0], comparison.simulated_shape, color=_SIMULATED)
-    axes.plot(comparison.filmed[:, 0], comparison.filmed_shape, "o", ms=2.5, color=style.INK)
+    axes.plot(comparison.simulated[:, 0], comparison.simulated_shape, color=palette.SIMULATED)
+    axes.plot(comparison.filmed[:, 0], comparison.filmed_shape, "o", ms=2.5, color=palette.INK)
     axes.set(xlabel="$x_{CM}$ [µm]", ylabel=r"shape parameter $\mathcal{A}$")
     axes.set_title(f"root mean square difference {comparison.shape_rms:.3f}", loc="right")

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
@@ -20,7 +17,7 @@ from shapely.geometry.base import BaseGeometry
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.shapes import polygons
 from pinchoff.figures import style
-from pinchoff.support.files import written_aside
+from pinchoff.support import palette
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
@@ -41,7 +38,6 @@ _RIM = 0.3
 _RING_SHARE = 0.012  # of the chip's length: radius of the ring round a violation
 _RINGED = 40  # violations that get a ring and a number
 _LISTED = 6  # violations that are written out
-_SALT = "pinchoff"  # the same design is the same SVG
 
 
 def chamber_design(
@@ -95,19 +91,6 @@ def shape_patch(shape: BaseGeometry, **look: Any) -> PathPatch:
     return PathPatch(Outline(np.concatenate(points), codes), **look)
 
 
-def write_drawing(path: str | os.PathLike[str], axes: Axes) -> None:
-    """Write a drawing as PNG, SVG or PDF, complete or not at all; the same bytes every time."""
-    figure = axes.figure
-    assert isinstance(figure, Figure)
-    path = Path(path)
-    dated = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}.get(path.suffix)
-    with (
-        mpl.rc_context({"svg.hashsalt": _SALT, "svg.fonttype": "none"}),
-        written_aside(path) as unfinished,
-    ):
-        figure.savefig(unfinished, dpi=style.DOTS_PER_INCH, metadata=dated)
-
-
 def _wide_panel(bounds: tuple[float, float, float, float], violations: int) -> Axes:
     left, low, right, high = bounds
     height = (style.TWO_COLUMNS - 0.5) * (high - low) / (right - left) + 0.95
@@ -128,7 +111,7 @@ def _draw_numbers(axes: Axes, chamber: Chamber) -> None:
             ha="center",
             va="center",
             fontsize=7,
-            bbox={"boxstyle": "circle,pad=0.18", "fc": "white", "ec": style.INK, "lw": 0.5},
+            bbox={"boxstyle": "circle,pad=0.18", "fc": "white", "ec": palette.INK, "lw": 0.5},
             zorder=5,
         )
 

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.figures import style
-from pinchoff.figures.separating_line import logarithmic_axes
+from pinchoff.figures.phase_diagram import logarithmic_axes
 from pinchoff.studies.calibration.targets import CollisionsTarget
+from pinchoff.support import palette
 
 if TYPE_CHECKING:
     from pinchoff.model.gsd import Floats
@@ -25,9 +26,8 @@ _LABELS = {
     "neck_thickness": "neck thickness / $D_0$",
     "line_tension": r"line tension $\tilde{\gamma}$",
 }
-_START = "#d55e00"
-_BEST = "#0072b2"
-_RING = "#d55e00"
+_START = palette.VERMILION
+_BEST = palette.BLUE
 _LOW = 0.08  # of S: from here on down ticks by decades
 _FEW_TICKS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
@@ -57,9 +57,11 @@ def objective_landscape(
             axes = figure.subplots()
         norm = LogNorm(landscape.objective.min(), landscape.objective.max())
         edges = (_edges(landscape.x), _edges(landscape.y))
-        mesh = axes.pcolormesh(*edges, landscape.objective, cmap="viridis_r", norm=norm)
+        mesh = axes.pcolormesh(
+            *edges, landscape.objective, cmap=f"{palette.ORDERED_MAP}_r", norm=norm
+        )
         _write_values(axes, landscape, norm)
-        axes.plot(*landscape.best, "o", ms=17, mfc="none", mec=_RING, mew=1.2)
+        axes.plot(*landscape.best, "o", ms=17, mfc="none", mec=_START, mew=1.2)
         axes.set_title("ring: best set", loc="right", fontsize=7)
         axes.set_xscale("log")
         axes.set_yscale("log")

@@ -1,0 +1,365 @@
+"""The plane of the break-up law: S against Ca Ã z̃, where collisions break and where they do not.
+
+Three figures share it: `phase_diagram` of very many collisions, `separating_line` of a simulated
+boundary, and `separated_outcomes`, which shows the collisions of a fitted law by what came of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patheffects import Normal, Stroke
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
+from pinchoff.collisions.schema import synthetic
+from pinchoff.figures import style
+from pinchoff.support import palette
+from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import numeral
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from pinchoff.fits import LawFit
+    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.search import Boundary
+    from pinchoff.studies.sweep.summary import Points
+
+#: The paper's separating lines: line, name, colour and dashes.
+PAPER_LINES = (
+    (PAPER_SIMULATION_LINE, "paper, simulations", palette.SIMULATION_LINE, (0, (4, 2))),
+    (PAPER_EXPERIMENT_LINE, "paper, experiments", palette.EXPERIMENT_LINE, (0, (1, 1.5))),
+)
+OUTCOMES = ((False, palette.UNBROKEN, "does not break"), (True, palette.BROKE, "breaks"))
+
+CONTROL_PARAMETER = r"Ca $\tilde{A}\,\tilde{z}$"
+SYMMETRY = "symmetry $S$"
+
+_GRAZING = 0.02  # S: from here on down a droplet only grazes the obstacle
+_SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
+_SMALLEST = 0.7
+_FILLED = 1.6  # marks below this size are not drawn open: they would be all rim
+
+
+def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
+    """Draw S against Ca Ã z̃, both logarithmic, with the paper's separating lines.
+
+    Parameters
+    ----------
+    points : Points
+        The collisions, one at least; if they are a sample of more, the picture says so.
+    axes : Axes, optional
+        Where to draw; by default a new figure across one column.
+
+    Returns
+    -------
+    Axes
+        Their figure is ``axes.figure``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from pinchoff.studies.sweep.summary import Points
+    >>> axes = phase_diagram(Points(np.array([0.1]), np.array([0.6]), np.array([True]), 1))
+    >>> axes.get_title("right")
+    '1 collision'
+    """
+    with style.journal_style():
+        axes = _one_panel(3.4) if axes is None else axes
+        span = np.array([points.forcing.min() / 1.2, points.forcing.max() * 1.2])
+        logarithmic_axes(axes, span, (_lowest_symmetry(points), 1.15))
+        draw_outcomes(axes, points.forcing, points.symmetry, points.broke)
+        for line, name, color, dashes in PAPER_LINES:
+            halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]  # stands out of a crowd
+            draw_line(axes, line, span, color=color, ls=dashes, label=name, path_effects=halo)
+        axes.set_xlabel(CONTROL_PARAMETER)
+        axes.set_ylabel(SYMMETRY)
+        _legend_below(axes, ncols=2, columnspacing=1.2)
+        axes.set_title(_how_many(points, axes.get_ylim()[0]), loc="right", fontsize=7)
+    return axes
+
+
+def separating_line(
+    boundary: Boundary,
+    fit: LineFit | None = None,
+    axes: Axes | None = None,
+    *,
+    measured: pd.DataFrame | None = None,
+) -> Axes:
+    """Draw S against Ca Ã z̃ on logarithmic axes, as the paper's overlay of its simulations.
+
+    Stars are runs that touched the obstacle: filled where the droplet broke, open where it did
+    not. A captured droplet did not break; runs without an outcome are left out.
+
+    Parameters
+    ----------
+    boundary : Boundary
+        What `pinchoff.boundary` returned.
+    fit : LineFit, optional
+        A line with p = 1 to draw with its interval, over the range that it was fitted on.
+    axes : Axes, optional
+        Where to draw; by default a new figure across one column.
+    measured : DataFrame, optional
+        Collisions of an experiment to draw behind, as small points.
+
+    Returns
+    -------
+    Axes
+
+    Raises
+    ------
+    InputError
+        No run touched the obstacle.
+    """
+    runs = boundary.runs
+    runs = runs[runs["symmetry"].notna() & runs["broke"].notna()]
+    if runs.empty:
+        got, advice = "runs that never touched", "start nearer to head-on"
+        raise InputError.of("boundary", "one with contacts", got, advice)
+    control, broke = _control_parameter(runs), runs["broke"].to_numpy(dtype=bool)
+    span = np.array([0.8 * control.min(), 1.25 * control.max()])
+    with style.journal_style():
+        axes = _one_panel(3.9 if measured is None else 4.2) if axes is None else axes
+        logarithmic_axes(axes, span, (0.15, 1.1))
+        draw_outcomes(axes, control, runs["symmetry"].to_numpy(), broke, marker="*")
+        if measured is not None:
+            _draw_measured(axes, measured)
+        for line, name, color, dashes in PAPER_LINES:
+            draw_line(axes, line, span, color=color, ls=dashes, label=f"{name}: {formula(line)}")
+        if fit is not None:
+            _draw_interval(axes, fit)
+        axes.set_xlabel(CONTROL_PARAMETER)
+        axes.set_ylabel(SYMMETRY)
+        _legend_below(axes)
+        return axes
+
+
+def separated_outcomes(
+    table: pd.DataFrame, fit: LawFit, axes: Sequence[Axes] | None = None
+) -> list[Axes]:
+    """Draw the paper's split of its collisions: broke, both, did not; with the separating line.
+
+    Where exponents were left free, Ã and z̃ on the axis carry them.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Checked collisions, such as ``import_collisions(...).table``.
+    fit : LawFit
+    axes : sequence of 3 Axes, optional
+        Where to draw; by default a new figure across two columns.
+
+    Returns
+    -------
+    list of 3 Axes
+    """
+    seen = table[table["symmetry"] > 0]
+    symmetry = seen["symmetry"].to_numpy()
+    broke = seen["broke"].to_numpy(dtype=bool)
+    # Bk = Ca Ã z̃ (S/α)^(-1/β), with the exponents that were fitted: so this is Ca Ã z̃.
+    forcing = fit.breakup_number(seen) * (symmetry / fit.line.alpha) ** (1.0 / fit.line.beta)
+    with style.journal_style():
+        if axes is None:
+            figure = Figure(figsize=(style.TWO_COLUMNS, 2.85), layout="constrained")
+            axes = list(figure.subplots(1, 3, sharex=True, sharey=True))
+        span = np.array([forcing.min() / 1.3, forcing.max() * 1.3])
+        shown = (("breaks", broke), ("both", np.ones_like(broke)), ("does not break", ~broke))
+        for panel, (title, which) in zip(axes, shown, strict=True):
+            logarithmic_axes(panel, span, (_GRAZING, 1.25))
+            size = mark_size(len(seen))
+            draw_outcomes(panel, forcing[which], symmetry[which], broke[which], size=size)
+            for line, name, color, dashes in (
+                (fit.line, "fit", palette.FITTED_LINE, "--"),
+                (PAPER_EXPERIMENT_LINE, "paper", palette.EXPERIMENT_LINE, "-"),
+            ):
+                said = f"{name}: $S_c$ = {formula(line)}"
+                draw_line(panel, line, span, color=color, ls=dashes, lw=1, label=said)
+            panel.set_title(f"{title}: {int(which.sum()):,}", loc="left")
+            panel.set_xlabel(_scaled_parameter(fit))
+        axes[0].set_ylabel(SYMMETRY)
+        named = axes[1].get_legend_handles_labels()
+        axes[0].figure.legend(*named, loc="outside upper left", ncols=2)
+        _say_what_is_missing(axes[0], table, fit)
+        return list(axes)
+
+
+def draw_outcomes(
+    axes: Axes,
+    forcing: NDArray[np.float64],
+    symmetry: NDArray[np.float64],
+    broke: NDArray[np.bool_],
+    *,
+    marker: str = "o",
+    size: float | None = None,
+) -> None:
+    """Draw collisions: filled green where they broke, open violet where they did not.
+
+    They are drawn in a shuffled order, so that neither kind hides the other.
+
+    Parameters
+    ----------
+    axes : Axes
+    forcing, symmetry : ndarray, shape (n,)
+        Ca Ã z̃ and S.
+    broke : ndarray of bool, shape (n,)
+    marker : str, optional
+        Shape of a mark.
+    size : float, optional
+        Its size in points; by default smaller the more collisions there are.
+    """
+    size = mark_size(len(broke)) if size is None else size
+    rim = 0.5 if size >= _FILLED else 0.0
+    colors: dict[bool, tuple[str, str]] = {}
+    for kind, color, label in OUTCOMES:
+        colors[kind] = ("white" if rim and not kind else color, color)
+        if (broke == kind).any():
+            face, edge = colors[kind]
+            shape: dict[str, Any] = {"mfc": face, "mec": edge, "mew": rim, "ls": "none"}
+            axes.plot([], [], marker=marker, ms=max(size, 3.0), label=label, **shape)
+    order = np.random.default_rng(0).permutation(len(broke))
+    axes.scatter(
+        forcing[order],
+        symmetry[order],
+        size**2,
+        marker=marker,
+        facecolors=[colors[bool(kind)][0] for kind in broke[order]],
+        edgecolors=[colors[bool(kind)][1] for kind in broke[order]],
+        linewidths=rim,
+        rasterized=True,
+        zorder=1,
+    )
+
+
+def mark_size(count: int) -> float:
+    """Return the size of a mark [points] where so many collisions are drawn."""
+    return next((size for most, size in _SIZES if count <= most), _SMALLEST)
+
+
+def draw_line(axes: Axes, line: Line, span: NDArray[np.float64], **look: Any) -> None:
+    """Draw a separating line over a span of Ca Ã z̃, up to S = 1: no larger symmetry exists."""
+    wide = np.geomspace(span[0], span[-1], 200)
+    height = line.alpha * wide**line.beta
+    possible = height <= 1.0
+    axes.plot(wide[possible], height[possible], **{"zorder": 3, **look})
+
+
+def formula(line: Line) -> str:
+    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX."""
+    return rf"{line.alpha:.3f} (Ca $\tilde{{A}}\tilde{{z}}$)$^{{{line.beta:.2f}}}$"
+
+
+def logarithmic_axes(
+    axes: Axes, span: NDArray[np.float64], heights: tuple[float, float] | None = None
+) -> None:
+    """Scale both axes logarithmically, x over a span, with ticks written as plain numbers.
+
+    The y axis is one of symmetries, from the lower to the upper of `heights`.
+    """
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlim(span[0], span[-1])
+    close = [0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0]
+    if heights is not None:
+        axes.set_ylim(*heights)
+    wide = heights is not None and heights[0] < 0.1
+    for axis, ticks in (
+        (axes.xaxis, _plain_ticks(span[0], span[-1])),
+        (axes.yaxis, _plain_ticks(heights[0], 1.0) if wide and heights else close),
+    ):
+        axis.set_major_locator(FixedLocator(ticks))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axis.set_minor_formatter(NullFormatter())
+
+
+def _plain_ticks(low: float, high: float) -> list[float]:
+    """Return 1, 2 and 5 of each decade, or 1 alone where those are many."""
+    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    steps = (1, 2, 5) if math.log10(high / low) < 2.5 else (1,)
+    ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]
+    return [tick for tick in ticks if low <= tick <= high]
+
+
+def _one_panel(height: float) -> Axes:
+    figure = Figure(figsize=(style.ONE_COLUMN, height), layout="constrained")
+    return figure.subplots()
+
+
+def _legend_below(axes: Axes, **look: Any) -> None:
+    axes.figure.legend(
+        *axes.get_legend_handles_labels(), loc="outside lower center", labelspacing=0.3, **look
+    )
+
+
+def _control_parameter(table: pd.DataFrame) -> NDArray[np.float64]:
+    groups = ("capillary_number", "normalized_area", "normalized_thickness")
+    return np.asarray(np.prod([table[name].to_numpy() for name in groups], axis=0))
+
+
+def _lowest_symmetry(points: Points) -> float:
+    """Return where the axis begins: well below whatever broke, and below the paper's lines."""
+    broke = points.symmetry[points.broke]
+    broke = broke[broke > 0]
+    ends = [line.alpha * points.forcing.max() ** line.beta for line, *_ in PAPER_LINES]
+    return float(min([2.5 * _GRAZING, *(0.5 * broke), *(0.5 * np.array(ends))]))
+
+
+def _how_many(points: Points, lowest: float) -> str:
+    """Say how many collisions there are, and what is not shown of them."""
+    drawn, population = len(points.symmetry), points.population
+    noun = "collision" if population == 1 else "collisions"
+    shown = f"{population:,}" if drawn == population else f"random {drawn:,} of {population:,}"
+    below = int((points.symmetry < lowest).sum())
+    return f"{shown} {noun}" + (f"; {below:,} below $S$ = {lowest:.2g}" if below else "")
+
+
+def _draw_measured(axes: Axes, measured: pd.DataFrame) -> None:
+    """Draw collisions of an experiment as a faint layer of points."""
+    broke = measured["broke"].to_numpy(dtype=bool)
+    control, symmetry = _control_parameter(measured), measured["symmetry"].to_numpy()
+    drawn = synthetic(measured)
+    for kind, color, label in OUTCOMES:
+        axes.plot(
+            *(control[broke == kind], symmetry[broke == kind]),
+            *(".",),
+            ms=1.6,
+            mew=0,
+            color=color,
+            alpha=0.35,
+            zorder=0.5,
+            rasterized=True,
+            label=f"{'synthetic' if drawn else 'measured'}, {label}",
+        )
+    if drawn:
+        axes.set_title("small points: synthetic data", loc="right", fontsize=7)
+
+
+def _draw_interval(axes: Axes, fit: LineFit) -> None:
+    control = np.geomspace(*fit.control_range, 100)
+    value, low, high = fit.symmetry(control)
+    color, band = palette.FITTED_LINE, f"its {fit.confidence:.0%} interval"
+    axes.plot(control, value, color=color, label=f"here: {formula(fit.line)}", zorder=2.5)
+    axes.fill_between(control, low, high, color=color, alpha=0.2, lw=0, zorder=2.2, label=band)
+
+
+def _scaled_parameter(fit: LawFit) -> str:
+    """Write Ca Ã z̃ with the exponents that were left free."""
+    powers = {"area": "", "thickness": ""}
+    for name, key in (("area", "epsilon_1"), ("thickness", "epsilon_3")):
+        if name in fit.free:
+            powers[name] = rf"^{{\,{numeral(fit.estimates[key].value)}}}"
+    return rf"Ca $\tilde{{A}}{powers['area']}\,\tilde{{z}}{powers['thickness']}$"
+
+
+def _say_what_is_missing(axes: Axes, table: pd.DataFrame, fit: LawFit) -> None:
+    below = int((table["symmetry"] < _GRAZING).sum())
+    said = f"{below:,} more below $S$ = {_GRAZING}" if below else ""
+    axes.text(0.03, 0.03, said, transform=axes.transAxes, fontsize=6.5)
+    if fit.synthetic:
+        style.mark_synthetic(axes, x=0.03, y=0.1)
