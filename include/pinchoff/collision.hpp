@@ -46,6 +46,17 @@ struct Start {
     double x, y, diameter;
 };
 
+/// Where obstacles stand and droplets start.
+struct Arrangement {
+    std::vector<Obstacle> obstacles;
+    std::vector<Start> droplets;
+};
+
+/// Unless said otherwise: one droplet upstream of one obstacle at the origin.
+inline Arrangement default_arrangement(const Model& model) {
+    return {{{0.0, 0.0, model.obstacle_radius}}, {{-model.start_distance, model.offset, 1.0}}};
+}
+
 class Collision {
 public:
     Collision(const Model& model, const Flow& flow, std::vector<Obstacle> obstacles,

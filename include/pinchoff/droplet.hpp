@@ -14,6 +14,11 @@
 
 namespace pinchoff {
 
+/// Regular polygon with the area of a circle: its edge is l_eq [paper, section 3.5].
+inline double rest_length(double area, int count) {
+    return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
+}
+
 /// Owns the arrays that its `ring` points to.
 class Droplet {
 public:
@@ -37,11 +42,11 @@ public:
         const double reference_count = model.vertex_count;
         const double reference_length =
             pinchoff::rest_length(kReferenceArea, static_cast<int>(reference_count));
+        ring.constants = model;
         ring.mass = rest_area / kReferenceArea;
         ring.diameter = std::sqrt(ring.mass);
         ring.rest_area = rest_area;
         ring.rest_length = pinchoff::rest_length(rest_area, count);
-        ring.line_tension = model.line_tension;
         ring.edge_spring = model.edge_stiffness * count;
         ring.area_stiffness = model.area_stiffness / (ring.mass * ring.diameter);
         const double vertex_mass_ratio = ring.mass * reference_count / count;

@@ -228,8 +228,8 @@ inline Energies Collision::energies() const {
         const Nearest near =
             nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
         const Touch touch = touch_of(a, b);
-        sum.touch += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance,
-                                    touch.length, touch.stiffness);
+        sum.contact += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance,
+                                      touch.length, touch.stiffness);
     }
     return sum;
 }

@@ -2,15 +2,13 @@
 // doubles, so that a sweep is a table in and a table out.
 #pragma once
 
-#include <cmath>
 #include <limits>
-
-#include "math.hpp"
+#include <numbers>
 
 namespace pinchoff {
 
 /// Area of the undeformed droplet, that of a circle of unit diameter.
-inline constexpr double kReferenceArea = 0.25 * kPi;
+inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
 
 /// Every input, in units D0 = v_f∞ = M = 1.
 #define PINCHOFF_MODEL_FIELDS(FIELD)    \
@@ -100,10 +98,5 @@ inline constexpr double kDepartureDistance = 0.5;
 inline constexpr int kCrossingSamples = 10;
 /// Least vertices of a droplet.
 inline constexpr int kLeastVertices = 16;
-
-/// Regular polygon with the area of a circle: its edge is l_eq [paper, section 3.5].
-inline double rest_length(double area, int count) {
-    return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
-}
 
 }  // namespace pinchoff

@@ -23,18 +23,17 @@ inline void wrap(double* a, int count, int padded) {
 }
 
 /// Tension of every edge into pull_x, pull_y; returns the signed area.
-inline double pull_edges(const Ring& ring) {
+inline double pull_edges(Ring ring) {
     const double* x = ring.x;
     const double* y = ring.y;
     double* px = ring.pull_x;
     double* py = ring.pull_y;
-    const double gamma = ring.line_tension, spring = ring.edge_spring, rest = ring.rest_length;
     const int padded = ring.padded, whole = ring.count / kLanes * kLanes;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
         const Vec2 e = Vec2{x[i + 1], y[i + 1]} - Vec2{x[i], y[i]};
         const double inverse = 1.0 / std::sqrt(dot(e, e));
-        const double pull = line_tension_pull(inverse, gamma) + edge_pull(inverse, rest, spring);
+        const double pull = edge_pulls(ring, inverse);
         px[i] = pull * e.x;
         py[i] = pull * e.y;
     }
@@ -50,7 +49,7 @@ inline double pull_edges(const Ring& ring) {
 
 /// New velocities from the forces at the present positions. Track: add to the path of each vertex.
 template <bool Push, bool Track, class FlowAt>
-void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
+void kick(Ring ring, FlowAt flow, Relaxation relaxation) {
     const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
     const double* x = ring.x;
     const double* y = ring.y;
@@ -65,8 +64,9 @@ void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
     const int padded = ring.padded;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
-        const Vec2 fluid = flow.at({x[i], y[i]});
-        Vec2 force = pressure_force({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]}, p);
+        const Vec2 before{x[i - 1], y[i - 1]}, here{x[i], y[i]}, after{x[i + 1], y[i + 1]};
+        const Vec2 fluid = flow.at(here);
+        Vec2 force = vertex_force(ring, before, here, after, p);
         force.x += px[i] - px[i - 1];
         force.y += py[i] - py[i - 1];
         if constexpr (Push) {
@@ -176,7 +176,8 @@ struct Touch {
 inline Touch touch_of(const Ring& a, const Ring& b) {
     if (&a == &b) return {a.rest_length, a.wall_stiffness};
     return {0.5 * (a.rest_length + b.rest_length),
-            0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length)};
+            0.5 * (a.constants.line_tension * a.rest_length +
+                   b.constants.line_tension * b.rest_length)};
 }
 
 /// Force on a vertex of ring a from the nearest point of ring b. Another droplet is pushed out of,

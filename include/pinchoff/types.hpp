@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "model.hpp"
+
 namespace pinchoff {
 
 /// Arrays are padded to a multiple of this, the widest register of any instruction set.
@@ -50,11 +52,11 @@ struct Ring {
     double* push_y = nullptr;
     double* path = nullptr;  // (padded) sum of |v - v_drift|² over the steps of a block
 
+    Model constants{};                // what does not change with the droplet's size
     double mass = 1;                  // M
     double diameter = 1;              // D0 of this droplet
     double rest_area = 0;             // A_eq
     double rest_length = 0;           // l_eq
-    double line_tension = 0;          // γ_2D
     double edge_spring = 0;           // k_l N_v
     double area_stiffness = 0;        // k_a
     double wall_stiffness = 0;        // ε_w

@@ -34,12 +34,12 @@ static Model checked_model(Row row) {
     return model_of(row.data());
 }
 
-static Flow stokes_flow(double radius, double x, double y) {
+static Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;
     flow.kind = FlowKind::stokes;
-    flow.radius = radius;
-    flow.x = x;
-    flow.y = y;
+    flow.radius = obstacle.radius;
+    flow.x = obstacle.x;
+    flow.y = obstacle.y;
     flow.vx = 1.0;
     return flow;
 }
@@ -116,12 +116,14 @@ static void make_system(System* self, Row model, nb::object flow, Triples obstac
 
 static nb::dict dict_of(const Energies& e) {
     nb::dict d;
-    d["area"] = e.area;
-    d["edges"] = e.edges;
-    d["line_tension"] = e.line_tension;
-    d["wall"] = e.wall;
-    d["contact"] = e.touch;
-    d["total"] = e.area + e.edges + e.line_tension + e.wall + e.touch;
+    double total = 0;
+#define PINCHOFF_PUT(name) \
+    d[#name] = e.own.name; \
+    total += e.own.name;
+    PINCHOFF_TERMS(PINCHOFF_PUT)
+#undef PINCHOFF_PUT
+    d["contact"] = e.contact;
+    d["total"] = total + e.contact;
     return d;
 }
 
@@ -195,13 +197,15 @@ static nb::dict term_energies(Row model, Points positions, Triples obstacles, do
 }
 
 static nb::dict term_forces_of(Row model, Points positions, Triples obstacles, double diameter) {
-    const TermForces f = term_forces(
+    const std::vector<Terms<Vec2>> forces = term_forces(
         droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
+    std::vector<Vec2> one(forces.size());
     nb::dict d;
-    d["area"] = array_of(f.area);
-    d["edges"] = array_of(f.edges);
-    d["line_tension"] = array_of(f.line_tension);
-    d["wall"] = array_of(f.wall);
+#define PINCHOFF_PUT(name)                                                   \
+    for (std::size_t i = 0; i < forces.size(); ++i) one[i] = forces[i].name; \
+    d[#name] = array_of(one);
+    PINCHOFF_TERMS(PINCHOFF_PUT)
+#undef PINCHOFF_PUT
     return d;
 }
 
@@ -229,9 +233,9 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
 
 /// One collision from start to end, in pieces short enough for an interruption to be noticed.
 static Result run_one(const Model& model, const FlowObject* flow, const std::atomic<bool>& stop) {
-    const Flow field = flow ? flow->flow : stokes_flow(model.obstacle_radius, 0.0, 0.0);
-    Collision collision(model, field, {{0.0, 0.0, model.obstacle_radius}},
-                        {{-model.start_distance, model.offset, 1.0}}, best_kernels());
+    const auto [obstacles, droplets] = default_arrangement(model);
+    const Flow field = flow ? flow->flow : stokes_flow(obstacles.front());
+    Collision collision(model, field, obstacles, droplets, best_kernels());
     const double piece = 1e5 * model.time_step;
     while (!collision.finished() && !stop) collision.advance(collision.time() + piece);
     return collision.result();
@@ -286,6 +290,7 @@ void bind_collision(nb::module_& m) {
 #define PINCHOFF_NAME(name) #name,
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
+    m.attr("TERMS") = tuple_of({PINCHOFF_TERMS(PINCHOFF_NAME)});
     m.attr("GUARDS") = tuple_of({"", PINCHOFF_GUARDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
 
@@ -295,7 +300,7 @@ void bind_collision(nb::module_& m) {
     m.def(
         "StokesFlow",
         [](double radius, double x, double y) {
-            return FlowObject{stokes_flow(radius, x, y), {}, {}};
+            return FlowObject{stokes_flow({x, y, radius}), {}, {}};
         },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
@@ -331,6 +336,17 @@ void bind_collision(nb::module_& m) {
         .def("contacts", [](const System& s) { return list_of(s.collision.contacts()); })
         .def("breakups", [](const System& s) { return list_of(s.collision.breakups()); });
 
+    m.def(
+        "default_arrangement",
+        [](Row row) {
+            const auto [obstacles, droplets] = default_arrangement(checked_model(row));
+            const Obstacle& o = obstacles.front();
+            const Start& d = droplets.front();
+            return nb::make_tuple(nb::make_tuple(o.x, o.y, o.radius),
+                                  nb::make_tuple(d.x, d.y, d.diameter));
+        },
+        "model"_a,
+        "The obstacle (x, y, radius) and the droplet (x, y, diameter) unless others are given.");
     m.def("term_energies", &term_energies, "model"_a, "positions"_a, "obstacles"_a,
           "diameter"_a = 1.0, "Energy by term of one droplet of any shape (n, 2), in M v_f∞².");
     m.def("term_forces", &term_forces_of, "model"_a, "positions"_a, "obstacles"_a,
@@ -344,8 +360,8 @@ void bind_collision(nb::module_& m) {
           "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, "
           "len(RESULT_FIELDS)).");
     const auto reference_ring = [](const Model& model) {
-        Collision c(model, stokes_flow(model.obstacle_radius, 0.0, 0.0), {},
-                    {{-model.start_distance, 0.0, 1.0}}, best_kernels());
+        const auto [obstacles, droplets] = default_arrangement(model);
+        Collision c(model, stokes_flow(obstacles.front()), {}, droplets, best_kernels());
         return c.droplets().front().ring;
     };
     m.def(
