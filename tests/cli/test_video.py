@@ -139,9 +139,9 @@ def test_bad_files_do_not_stop_the_batch(filmed, tmp_path, capsys):
     files = [str(tmp_path / "text.mp4"), str(filmed)]
     assert main(["video", *files, *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
     said = capsys.readouterr()
-    assert re.search(r"error: .*text.mp4 must be a readable video; got .+; .+\n", said.err)
+    assert re.search(r"error: .*text.mp4 must be a readable film; got .+; .+\n", said.err)
     assert "2 collisions, 2 accepted, in 1 clips" in said.out
-    assert "text.mp4 must be a readable video" in (out / "index.html").read_text(encoding="utf-8")
+    assert "text.mp4 must be a readable film" in (out / "index.html").read_text(encoding="utf-8")
     assert not (out / "clips" / "text").exists()
 
 

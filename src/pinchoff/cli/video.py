@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 _EXPERIMENT = "Experiment, with units"
 _IMAGE = "Image"
+_CLIP = "Part of a clip"
 
 LABORATORY = {
     "obstacle_radius": ("obstacle_radius_um", "um"),
@@ -45,7 +46,8 @@ def video(
         Path | None, typer.Option(metavar="FILE.toml", help="Settings from a TOML file.")
     ] = None,
     pixel_size: Annotated[
-        str | None, _quantity("--pixel-size", "Side of a pixel", "5.28 um")
+        str | None,
+        _quantity("--pixel-size", "Side of a pixel, if the file does not say it", "5.28 um"),
     ] = None,
     fps: Annotated[
         str | None,
@@ -53,6 +55,28 @@ def video(
             metavar="NUMBER",
             help="Frames a second, in place of the times in the file.",
             rich_help_panel=_EXPERIMENT,
+        ),
+    ] = None,
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RANGE", help="Frames that are measured, as 0:200:2.", rich_help_panel=_CLIP
+        ),
+    ] = None,
+    crop: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PIXELS",
+            help="Part of the picture: left,top,width,height.",
+            rich_help_panel=_CLIP,
+        ),
+    ] = None,
+    channel: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="One of several channels, by name or number; or red, green or blue.",
+            rich_help_panel=_CLIP,
         ),
     ] = None,
     obstacle_radius: Annotated[
@@ -125,12 +149,13 @@ def video(
         "contact_distance": contact_distance,
     }
     assigned = [*(assignments or []), *(["packed=true"] if packed else [])]
-    settings = video_settings(config, lengths, laboratory, fps, assigned)
+    settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
-    prepare_folder(folder)
     from pinchoff.figures.pages.video import write_report
-    from pinchoff.video.batch import measure_videos
+    from pinchoff.video.batch import clip_sources, measure_videos
 
+    _describe(clip_sources(clips), settings)
+    prepare_folder(folder)
     try:
         result = measure_videos(
             clips,
@@ -153,13 +178,16 @@ def video_settings(
     laboratory: Mapping[str, str | None],
     fps: str | None,
     assignments: list[str],
+    part: tuple[str | None, str | None, str | None] = (None, None, None),
 ) -> VideoSettings:
     """Return what a file and the command line say together; the command line overrides.
+
+    `part` are frames, crop and channel.
 
     Raises
     ------
     InputError
-        A value is wrong, or the pixel's size is not given at all.
+        A value is wrong.
     """
     from pinchoff.support.files import read_toml
     from pinchoff.support.quantities import positive_magnitude_of
@@ -177,16 +205,35 @@ def video_settings(
             given[field] = positive_magnitude_of(flag_of(name), text, unit)
     if fps is not None:
         table["fps"] = value_of("--fps", fps)
+    frames, crop, channel = part
+    if crop is not None:
+        table["crop"] = value_of("--crop", f"[{crop}]")
+    table |= {k: v for k, v in (("frames", frames), ("channel", channel)) if v is not None}
     for assignment in assignments:
         name, equals, text = (part.strip() for part in assignment.partition("="))
         if not (name and equals and text):
             advice = "write it like edge_level=0.5"
             raise InputError.of("--set", "NAME=VALUE", assignment, advice)
         table[name] = value_of(f"--set {name}", text)
-    if "pixel_size_um" not in table:
-        rule, advice = "given", "write it like '5.28 um'"
-        raise InputError.of("--pixel-size", rule, "nothing", advice)
     return VideoSettings(**table, laboratory=given)
+
+
+def _describe(sources: Mapping[str, Path], settings: VideoSettings) -> None:
+    """Print scale and rate of every clip before the work starts.
+
+    Raises
+    ------
+    InputError
+        Nobody says how large a pixel is, neither the user nor any of the clips.
+    """
+    from pinchoff.video.scale import described
+
+    lines = described(sources, settings)
+    if settings.pixel_size_um is None and not lines and all(p.exists() for p in sources.values()):
+        rule, advice = "given where the files do not say it", "write it like '5.28 um'"
+        raise InputError.of("--pixel-size", rule, "nothing", advice)
+    for line in lines:
+        print(line)
 
 
 def flag_of(name: str) -> str:

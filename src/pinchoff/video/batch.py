@@ -127,21 +127,17 @@ def measure_videos(
 
 
 def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
-    """Return the clips by their names; a folder that holds videos stands for these.
+    """Return the clips by their names; a folder that holds films or stacks stands for these.
 
     Raises
     ------
     InputError
         There are none, or two have the same name.
     """
-    from pinchoff.video.reading import VIDEO_SUFFIXES
-
     found: dict[str, Path] = {}
     for given in map(Path, clips):
-        inside = sorted(given.iterdir()) if given.is_dir() else []
-        videos = [path for path in inside if path.suffix.lower() in VIDEO_SUFFIXES]
-        for path in videos or [given]:
-            name = path.name if path.is_dir() or not path.stem else path.stem
+        for path in _clips_in(given) or [given]:
+            name = _name_of(path)
             if name in found and found[name] != path:
                 got = f"{found[name]} and {path}"
                 raise InputError.of("clips", "of different names", got, "rename one of them")
@@ -149,6 +145,24 @@ def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
     if not found:
         raise InputError.of("clips", "one or more", "none", "give videos or folders of images")
     return found
+
+
+def _clips_in(folder: Path) -> list[Path]:
+    """Return the films and stacks in a folder; none where it holds single pictures."""
+    from pinchoff.video.formats import STACK_SUFFIXES, VIDEO_SUFFIXES
+    from pinchoff.video.formats.tiff import page_count
+
+    inside = sorted(folder.iterdir()) if folder.is_dir() else []
+    films = [path for path in inside if path.suffix.lower() in VIDEO_SUFFIXES]
+    stacks = [path for path in inside if path.suffix.lower() in STACK_SUFFIXES]
+    return films or (stacks if stacks and page_count(stacks[0]) > 1 else [])
+
+
+def _name_of(path: Path) -> str:
+    """Return a clip's name in tables and files; one that is a folder's name for sure."""
+    stem = path.name if path.is_dir() else path.stem
+    name = stem if stem.strip(". ") else f"clip {path.name.strip('. ')}"
+    return name.encode("utf-8", "replace").decode()
 
 
 _Job = tuple[Path, Path, str, VideoSettings, bool]
@@ -218,14 +232,19 @@ def _fresh(
 
     from pinchoff.video.clips import Measured, measure_clip
     from pinchoff.video.levels import Calibrated
+    from pinchoff.video.scale import clip_of, overlay_fps, scaled
 
     cv2.setNumThreads(1)  # clips run side by side
+    stamps = clip_folder.file_stamps(source)
+    clip = clip_of(source, settings)
+    settings, _ = scaled(clip, settings)
+    fps = overlay_fps(clip) if overlay else None
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     recorders: list[clip_folder.ClipRecorder] = []
 
     def begin(calibrated: Calibrated, obstacles: Any) -> Callable[[Measured], object]:
-        recorders.append(clip_folder.ClipRecorder(folder, name, settings, obstacles, overlay))
+        recorders.append(clip_folder.ClipRecorder(folder, name, settings, obstacles, fps))
         return recorders[0].append
 
     problem: BaseException | None = None
@@ -243,7 +262,8 @@ def _fresh(
         clip_folder.write_obstacles(folder, result.obstacles)
     summary = {
         "fingerprint": mark,
-        "clip": str(source),
+        "clip": str(source.resolve()),
+        "files": stamps,
         "frames": result.frame_count,
         "duration_s": result.duration_s,
         "tracks": result.track_count,

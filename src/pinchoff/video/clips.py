@@ -15,8 +15,9 @@ from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.levels import Calibrated, calibrate
 from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
-from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.reading import Frame
 from pinchoff.video.rims import RimSegmenter
+from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.segmentation import Droplet, Segmenter
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event, Tracker
@@ -109,7 +110,8 @@ def measure_clip(
     InputError
         The clip cannot be read.
     """
-    clip = Clip(path, settings.fps)
+    clip = clip_of(path, settings)
+    settings, notes = scaled(clip, settings)
     frames, _ = sample(clip.frames(sparse=True))
     calibrated = calibrate(frames, settings)
     del frames
@@ -129,7 +131,8 @@ def measure_clip(
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    warning = clip.warning or ("" if tracker.count else _NOTHING_FOUND)
+    notes += [clip.warning] if clip.warning else []
+    warning = "; ".join(notes if tracker.count else [*notes, _NOTHING_FOUND])
     return ClipResult(encounters, obstacles, calibrated, count, tracker.count, duration, warning)
 
 
@@ -139,10 +142,10 @@ def clip_segmenter(
     """Return what finds the droplets in the frames of a clip."""
     if calibrated.levels is not None:
         return Segmenter(calibrated.background, calibrated.levels)
-    smallest = settings.minimum_diameter_um / settings.pixel_size_um
+    smallest = settings.minimum_diameter_um / settings.pixel_um
     largest = max(smallest, min(calibrated.background.luma.shape) / _PARTS_OF_VIEW)
     if settings.maximum_diameter_um is not None:
-        largest = settings.maximum_diameter_um / settings.pixel_size_um
+        largest = settings.maximum_diameter_um / settings.pixel_um
     return RimSegmenter(smallest, largest, settings.rim_contrast, settings.rim_score, obstacles)
 
 
@@ -155,11 +158,11 @@ def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
     if settings.lattice is not None:
         height, width = calibrated.background.luma.shape
-        return lattice_obstacles(settings.lattice, settings.pixel_size_um, (width, height))
+        return lattice_obstacles(settings.lattice, settings.pixel_um, (width, height))
     if settings.packed:
         return np.empty((0, 3))
     radius = settings.laboratory.obstacle_radius_um
-    radius_px = None if radius is None else radius / settings.pixel_size_um
+    radius_px = None if radius is None else radius / settings.pixel_um
     found = find_obstacles(calibrated.background, radius_px)
     if radius_px is not None:
         found[:, 2] = radius_px  # known better than the blurred edge shows it

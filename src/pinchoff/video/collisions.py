@@ -245,7 +245,7 @@ class CollisionFinder:
         near = np.flatnonzero(
             distances - self._obstacles[:, 2] - reach <= RELEASE * self._obstacles[:, 2]
         )
-        contact_distance = self._settings.contact_distance_um / self._settings.pixel_size_um
+        contact_distance = self._settings.contact_distance_um / self._settings.pixel_um
         open_ones = {meeting.obstacle: meeting for meeting in follower.meetings}
         for obstacle in near.tolist():
             gap = gap_to_circle(droplet.outline, self._obstacles[obstacle])
@@ -294,7 +294,7 @@ class CollisionFinder:
         breakup_time_s: float = math.nan,
         areas: Sequence[float] = (math.nan, math.nan),
     ) -> Encounter:
-        px = self._settings.pixel_size_um
+        px = self._settings.pixel_um
         last_neck = meeting.settle(math.inf if math.isnan(breakup_frame) else breakup_frame)
         x, y, radius = (self._obstacles[meeting.obstacle] * px).tolist()
         return Encounter(

@@ -24,6 +24,7 @@ from pinchoff.support.quantities import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
 from pinchoff.video.encounters import gap_to_circle
 from pinchoff.video.microscope.passages import Passage
+from pinchoff.video.settings import VideoSettings
 
 Floats = NDArray[np.float64]
 
@@ -66,6 +67,8 @@ class Comparison:
         The simulation placed in the image and in time.
     source : Path
         The clip.
+    settings : VideoSettings
+        How it was measured.
     frames : ndarray of int, shape (n,)
         Frames that are compared.
     filmed, simulated : ndarray, shape (n, 2)
@@ -79,6 +82,7 @@ class Comparison:
     contact: _Contact
     passage: Passage
     source: Path
+    settings: VideoSettings
     frames: NDArray[np.int64]
     filmed: Floats
     simulated: Floats
@@ -148,8 +152,9 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
     place = Path(folder)
     row = _row(place, collision_id)
     result = json.loads((place / clip_folder.RESULT).read_text(encoding="utf-8"))
-    pixel_um = float(result["settings"]["pixel_size_um"])
-    run, contact, flow_mm_s = _simulated(row, result["settings"]["contact_distance_um"])
+    settings = _unchanged_settings(place, result)
+    pixel_um = settings.pixel_um
+    run, contact, flow_mm_s = _simulated(row, settings.contact_distance_um)
     passage = _placed(run, contact, row, flow_mm_s, pixel_um)
     seen = _filmed(place, row)
     passage = _in_time(passage, seen, pixel_um)
@@ -167,12 +172,31 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         contact=contact,
         passage=passage,
         source=Path(result["clip"]),
+        settings=settings,
         frames=np.array([frame for frame, _, _ in seen[: len(filmed)]]),
         filmed=centres(filmed),
         simulated=centres(simulated),
         filmed_shape=np.array([_core.shape_parameter(each) for each in filmed]),
         simulated_shape=np.array([_core.shape_parameter(each) for each in simulated]),
     )
+
+
+def _unchanged_settings(folder: Path, result: dict[str, Any]) -> VideoSettings:
+    """Return how a clip was measured, once it is known to be the same that was measured.
+
+    Raises
+    ------
+    InputError
+        The clip is not there any more, or is another than was measured.
+    """
+    source, settings = Path(result["clip"]), VideoSettings(**result["settings"])
+    advice = "put it back, or measure it again with pinchoff video"
+    if not source.exists():
+        raise InputError.of(str(source), "the clip that was measured", "nothing there", advice)
+    if clip_folder.file_stamps(source) != [tuple(each) for each in result["files"]]:
+        got = "one that has changed since"
+        raise InputError.of(str(source), "the clip that was measured", got, advice)
+    return settings
 
 
 _Seen = list[tuple[int, float, Floats]]

@@ -9,11 +9,15 @@ from pydantic import Field, model_validator
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 from pinchoff.support.errors import InputError
 from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.video.formats.selection import FrameRange
+from pinchoff.video.formats.source import SMALLEST_SIDE
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""
 
 
+_Even: TypeAlias = Annotated[WholeNumber, Field(ge=0, multiple_of=2)]
+_Side: TypeAlias = Annotated[WholeNumber, Field(ge=SMALLEST_SIDE)]
 _Level: TypeAlias = Annotated[Number, Field(ge=0, le=255)]
 
 
@@ -58,10 +62,17 @@ class VideoSettings(Checked):
 
     Parameters
     ----------
-    pixel_size_um : float
-        Side of a pixel in the chamber, µm.
+    pixel_size_um : float, optional
+        Side of a pixel in the chamber, µm; by default what the file's tags say.
     fps : float, optional
         Frames a second; by default the times that the clip gives, or 60 for images.
+    frames : str, optional
+        Which frames are measured, ``START:STOP`` or ``START:STOP:STEP``; they keep their numbers.
+    crop : (left, top, width, height), optional
+        Part of the picture that is measured, pixels; left and top are even. All places are then
+        counted from its corner.
+    channel : str, optional
+        Which of several channels, by its name or number, or red, green or blue of a colour film.
     edge_level : float, optional
         Where the outline lies, as a fraction of the ring's darkness from the fluid's 0 to the
         ring's 1; by default the darkness at the outer edge of a blurred ring that is fitted to it.
@@ -120,8 +131,21 @@ class VideoSettings(Checked):
         A value is missing, out of its range or of the wrong type.
     """
 
-    pixel_size_um: Number = number(1e-3, 1e4, "the side of a pixel in µm")
+    pixel_size_um: Number | None = explained(
+        "a finite number from 0.001 to 10000",
+        "the side of a pixel in µm",
+        ge=1e-3,
+        le=1e4,
+        default=None,
+    )
     fps: Number | None = _derived(1e-3, 1e6, "frames a second")
+    frames: str | None = explained("START:STOP or START:STOP:STEP", "a range", default=None)
+    crop: tuple[_Even, _Even, _Side, _Side] | None = explained(
+        "left, top, width and height in pixels, the first two even",
+        f"a part of {SMALLEST_SIDE} × {SMALLEST_SIDE} pixels or more",
+        default=None,
+    )
+    channel: str | None = explained("a name or number", "one of the clip's channels", default=None)
     edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     pale_edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     inner_edge_level: Number | None = _derived(0.05, 0.99, "a fraction of the ring's darkness")
@@ -156,15 +180,33 @@ class VideoSettings(Checked):
     area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
 
+    @property
+    def pixel_um(self) -> float:
+        """Side of a pixel, µm.
+
+        Raises
+        ------
+        InputError
+            It is not known yet: see `pinchoff.video.scale.scaled`.
+        """
+        if self.pixel_size_um is None:
+            raise InputError.of(
+                "pixel_size_um", "given", "nothing", "give the side of a pixel in µm"
+            )
+        return self.pixel_size_um
+
     @model_validator(mode="after")
     def _agrees(self) -> Self:
+        if self.frames is not None:
+            FrameRange.read(self.frames)
         largest, smallest = self.maximum_diameter_um, self.minimum_diameter_um
         if largest is not None and not largest > smallest:
             rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
             raise InputError.of("maximum_diameter_um", rule, largest, advice)
-        if self.packed and smallest < SMALLEST_RIM_PX * self.pixel_size_um:
+        pixel = self.pixel_size_um
+        if self.packed and pixel is not None and smallest < SMALLEST_RIM_PX * pixel:
             rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
-            got = f"{smallest:g} µm, {smallest / self.pixel_size_um:.3g} pixels"
+            got = f"{smallest:g} µm, {smallest / pixel:.3g} pixels"
             raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
         if self.obstacles is not None and self.lattice is not None:
             advice = "give one of the two"
@@ -174,4 +216,4 @@ class VideoSettings(Checked):
     @property
     def minimum_area_px(self) -> float:
         """Area of the smallest droplet, pixels."""
-        return 0.785 * (self.minimum_diameter_um / self.pixel_size_um) ** 2
+        return 0.785 * (self.minimum_diameter_um / self.pixel_um) ** 2

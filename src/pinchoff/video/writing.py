@@ -23,7 +23,7 @@ _PRESET = "veryfast"  # of x264: five times as fast as its default, files a tent
 
 
 def require_video_extra(argument: str) -> ModuleType:
-    """Return the module ``av``, once it and OpenCV are known to be there.
+    """Return the module ``av``, once it and the others of the extra are known to be there.
 
     Raises
     ------
@@ -33,10 +33,12 @@ def require_video_extra(argument: str) -> ModuleType:
     try:
         import av
         import cv2  # noqa: F401
+        import imagecodecs  # noqa: F401
+        import tifffile  # noqa: F401
     except ImportError as error:
         raise InputError.of(
             argument,
-            "left out where PyAV and OpenCV are missing",
+            "left out where the modules for films are missing",
             f"'{error}'",
             "install them with: pip install 'pinchoff[video]'",
         ) from error
