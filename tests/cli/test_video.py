@@ -97,7 +97,7 @@ def test_annotated_clip_shows_every_frame(done):
     result = json.loads((done / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     found = list(Clip(done / "clips" / "clip" / "overlay.mp4").frames())
     assert len(found) == result["frames"]
-    assert found[0].luma.shape == (720, 960)
+    assert found[0].luma.shape == (720 + 24, 960)  # with the legend below
 
 
 def test_second_run_reuses(filmed, done, capsys):

@@ -117,7 +117,7 @@ def video(
     ] = True,
     processes: Annotated[
         int | None,
-        typer.Option(metavar="NUMBER", help="Clips measured at the same time; one a core."),
+        typer.Option(metavar="NUMBER", help="How many work at the same time; one a core."),
     ] = None,
 ) -> None:
     """Measure droplets that meet obstacles in microscope videos.
@@ -168,8 +168,8 @@ def video(
     except KeyboardInterrupt:
         print(f"stopped; the same command goes on with {out}", file=sys.stderr)
         raise
-    written = write_report(result)
-    _announce(result, written)
+    _tell_problems(result)
+    _announce(result, write_report(result))
 
 
 def video_settings(
@@ -241,16 +241,26 @@ def flag_of(name: str) -> str:
     return "--" + name.replace("_", "-")
 
 
-def _announce(result: VideoResult, written: list[Path]) -> None:
+def _tell_problems(result: VideoResult) -> None:
+    """Print errors and warnings of the clips.
+
+    Raises
+    ------
+    InputError
+        None of them could be measured.
+    """
     for clip in result.clips:
         if clip.error:
             print(f"error: {clip.error}", file=sys.stderr)
         elif clip.result.get("warning"):
             print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
-    measured = [clip for clip in result.clips if not clip.error]
-    if not measured:
+    if all(clip.error for clip in result.clips):
         got = f"{len(result.clips)} with errors"
         raise InputError.of("CLIPS", "measurable", got, "see the errors above")
+
+
+def _announce(result: VideoResult, written: list[Path]) -> None:
+    measured = [clip for clip in result.clips if not clip.error]
     reused = sum(clip.reused for clip in measured)
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())

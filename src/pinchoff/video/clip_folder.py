@@ -258,14 +258,19 @@ def file_stamps(source: Path) -> list[tuple[str, int, int]]:
 
 
 def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
-    """Return what `RESULT` holds, if the clip was measured whole and just so."""
+    """Return what `RESULT` holds, if the clip was measured whole and just so; else None."""
     try:
-        result: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        result: Any = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    files = (COLLISIONS, TRACKS, EVENTS)
-    there = all((folder / name).exists() for name in files)
-    return result if there and result.get("fingerprint") == mark else None
+    if not isinstance(result, dict) or result.get("fingerprint") != mark:
+        return None
+    try:
+        for name in (COLLISIONS, TRACKS, EVENTS):
+            pq.ParquetFile(folder / name).close()
+    except (OSError, pa.ArrowException):
+        return None  # it is damaged, and measured again
+    return dict(result)
 
 
 def write_result(folder: Path, result: dict[str, Any]) -> None:

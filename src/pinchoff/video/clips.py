@@ -21,6 +21,7 @@ from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.segmentation import Droplet, Segmenter
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event, Tracker
+from pinchoff.video.workers import segmented
 
 Floats = NDArray[np.float64]
 
@@ -91,6 +92,8 @@ def measure_clip(
     path: Path,
     settings: VideoSettings,
     begin: Callable[[Calibrated, Floats], Callable[[Measured], object]] | None = None,
+    *,
+    processes: int = 1,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -104,6 +107,8 @@ def measure_clip(
     begin : callable, optional
         Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
         what it returns is called with every frame that is measured.
+    processes : int, optional
+        How many look for droplets at the same time; the results do not depend on it.
 
     Raises
     ------
@@ -121,8 +126,8 @@ def measure_clip(
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     count, duration = 0, 0.0
-    for frame in clip.frames():
-        droplets = tracker.resolved(frame.number, segmenter.droplets(frame))
+    for frame, found in segmented(clip.frames(), segmenter, processes):
+        droplets = tracker.resolved(frame.number, found)
         tracks, events = tracker.step(frame.number, droplets)
         over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:

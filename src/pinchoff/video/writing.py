@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 Pixels = npt.NDArray[np.uint8]
 
 _PRESET = "veryfast"  # of x264: five times as fast as its default, files a tenth larger
+_QUICK_PRESET = "ultrafast"  # three times as fast again, files three times as large
 
 
 def require_video_extra(argument: str) -> ModuleType:
@@ -58,6 +59,8 @@ class ClipWriter:
         Frames a second.
     crf : int
         Constant rate factor of x264: 18 shows no loss, 26 is a small file.
+    quick : bool, optional
+        Whether speed counts more than the size of the file and the sharpness of colours.
 
     Raises
     ------
@@ -66,7 +69,13 @@ class ClipWriter:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], size: tuple[int, int], fps: float, crf: int = 20
+        self,
+        path: str | os.PathLike[str],
+        size: tuple[int, int],
+        fps: float,
+        crf: int = 20,
+        *,
+        quick: bool = False,
     ) -> None:
         self._av = require_video_extra("path")
         target = Path(path)
@@ -78,8 +87,10 @@ class ClipWriter:
         self._aside = written_aside(target)
         self._container: Any = self._av.open(str(self._aside.__enter__()), "w")
         rate = Fraction(fps).limit_denominator(1001)
+        self._quick = quick
+        preset = _QUICK_PRESET if quick else _PRESET
         self._stream: Any = self._container.add_stream(
-            "libx264", rate=rate, options={"crf": str(crf), "preset": _PRESET}
+            "libx264", rate=rate, options={"crf": str(crf), "preset": preset}
         )
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
@@ -102,5 +113,10 @@ class ClipWriter:
 
     def append(self, pixels: Pixels) -> None:
         """Add one frame: (height, width, 3) of red, green and blue."""
-        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+        image, layout = np.ascontiguousarray(pixels), "rgb24"
+        if self._quick:
+            import cv2
+
+            image, layout = cv2.cvtColor(image, cv2.COLOR_RGB2YUV_I420), "yuv420p"
+        frame = self._av.VideoFrame.from_ndarray(image, format=layout)
         self._container.mux(self._stream.encode(frame))
