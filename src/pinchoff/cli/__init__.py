@@ -17,6 +17,7 @@ from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
+from pinchoff.cli.export import export
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.reproduce import reproduce
@@ -42,7 +43,7 @@ app = typer.Typer(
 )
 _COMMANDS = {
     "Simulate": (run, sweep, summary, boundary, calibrate),
-    "Measure": (video, compare, film),
+    "Measure": (video, compare, export, film),
     "The break-up law": (fit, virtual),
     "The device": (chamber,),
     "The paper": (reproduce,),

@@ -273,6 +273,27 @@ def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
     return dict(result)
 
 
+def read_result(folder: Path) -> dict[str, Any]:
+    """Return what `RESULT` holds.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is damaged.
+    """
+    advice = "give DIR/clips/NAME, as pinchoff video wrote it"
+    try:
+        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        if isinstance(result, dict) and {"clip", "files", "frames", "settings"} <= result.keys():
+            return result
+        got = f"a {RESULT} without its entries"
+    except FileNotFoundError:
+        got = "none"
+    except (OSError, ValueError) as error:
+        got = f"{RESULT}: {error}"
+    raise InputError.of(str(folder), "the folder of a measured clip", got, advice)
+
+
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `RESULT`, the last of a clip's files: it says that the others are whole."""
     with written_aside(folder / RESULT) as unfinished:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from dataclasses import dataclass
@@ -150,8 +149,8 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         A guard stopped the simulation.
     """
     place = Path(folder)
+    result = clip_folder.read_result(place)
     row = _row(place, collision_id)
-    result = json.loads((place / clip_folder.RESULT).read_text(encoding="utf-8"))
     settings = _unchanged_settings(place, result)
     pixel_um = settings.pixel_um
     run, contact, flow_mm_s = _simulated(row, settings.contact_distance_um)
@@ -237,9 +236,6 @@ def _in_time(passage: Passage, seen: _Seen, pixel_um: float) -> Passage:
 
 
 def _row(folder: Path, collision_id: int) -> dict[str, Any]:
-    if not (folder / clip_folder.RESULT).exists():
-        got, advice = "none", "give DIR/clips/NAME, as pinchoff video wrote it"
-        raise InputError.of(str(folder), "the folder of a measured clip", got, advice)
     table = read_collisions(folder / clip_folder.COLLISIONS)
     rows: list[Any] = table[table["collision_id"] == collision_id].to_dict("records")
     if not rows:
