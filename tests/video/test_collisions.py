@@ -9,7 +9,8 @@ import pytest
 
 import pinchoff as po
 from pinchoff.video.clips import measure_clip
-from pinchoff.video.collisions import CollisionFinder, contact_velocity
+from pinchoff.video.collisions import CollisionFinder
+from pinchoff.video.contact import contact_velocity
 from pinchoff.video.encounters import Laboratory, encounter_table, gap_to_circle
 from pinchoff.video.microscope import Scene, film, lane_scene, passage_of
 from pinchoff.video.segmentation import Droplet

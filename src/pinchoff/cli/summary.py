@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pinchoff.cli.folders import refuse_files
+
 if TYPE_CHECKING:
     from rich.table import Table
 
@@ -25,6 +27,9 @@ def summary(
             metavar="FILE", help="The picture, .png or .pdf; DIR/_summary.png by default."
         ),
     ] = None,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", metavar="", help="Replace FILE where it exists.")
+    ] = False,
 ) -> None:
     """Show counts and ranges of a collisions table, and draw it.
 
@@ -35,6 +40,8 @@ def summary(
 
     pinchoff summary phase-diagram --picture phase-diagram.pdf
     """
+    if picture is not None:
+        refuse_files("--picture", [picture], overwrite=overwrite)
     from pinchoff.figures import style
     from pinchoff.figures.phase_diagram import phase_diagram
     from pinchoff.studies.sweep.summary import summarize

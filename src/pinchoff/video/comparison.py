@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +22,8 @@ from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
 from pinchoff.support.quantities import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
-from pinchoff.video.encounters import gap_to_circle
+from pinchoff.video.contact import first_contact
+from pinchoff.video.encounters import CONTACT_DISTANCE_UM, gap_to_circle
 from pinchoff.video.microscope.passages import Passage
 from pinchoff.video.settings import VideoSettings
 
@@ -31,8 +33,11 @@ _LEAST_OFFSET, _MOST_OFFSET = 1e-3, 2.0  # D0, between which the start is looked
 _TOLERANCE = 1e-4  # of the offset, D0
 _GRAZING = 0.01  # S, below which it tells little
 _FEWEST_FRAMES = 3  # that are compared
-_SPEED_ROUNDS = 4  # until speed at contact and capillary number agree
 _AFTER_S = 0.3  # that is compared after the collision's end, seconds
+
+
+ROUNDS = 4
+"""Until speed at contact and capillary number agree."""
 
 
 class _Contact(NamedTuple):
@@ -123,7 +128,12 @@ class Comparison:
         }
 
 
-def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comparison:
+def compare_collision(
+    folder: str | os.PathLike[str],
+    collision_id: int,
+    *,
+    progress: Callable[[int], object] | None = None,
+) -> Comparison:
     """Simulate a measured collision from its own numbers and compare the two.
 
     D0/R, the droplet's speed at contact and the fluids' properties are those measured. The
@@ -136,6 +146,8 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         Folder of a clip that `measure_videos` wrote, ``DIR/clips/NAME``.
     collision_id : int
         As in the clip's own table.
+    progress : callable, optional
+        Called with how many of `ROUNDS` are done.
 
     Returns
     -------
@@ -153,7 +165,7 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
     row = _row(place, collision_id)
     settings = _unchanged_settings(place, result)
     pixel_um = settings.pixel_um
-    run, contact, flow_mm_s = _simulated(row, settings.contact_distance_um)
+    run, contact, flow_mm_s = _simulated(row, settings, progress or (lambda done: None))
     passage = _placed(run, contact, row, flow_mm_s, pixel_um)
     seen = _filmed(place, row)
     passage = _in_time(passage, seen, pixel_um)
@@ -249,43 +261,60 @@ def _row(folder: Path, collision_id: int) -> dict[str, Any]:
     return row
 
 
-def _contact(run: Collision, distance: float) -> _Contact | None:
-    """Return the first record in which the droplet is as near; None if it never is."""
+def _contact(run: Collision, settings: VideoSettings, diameter_um: float) -> _Contact | None:
+    """Return the record of first contact, told as in the film; None if there is none."""
     assert run.outlines is not None
     circle = run.outlines.obstacles[0]
-    for time, droplets in zip(run.outlines.times.tolist(), run.outlines, strict=True):
-        outline = droplets[0].vertices
-        # The engine starts a droplet at rest.
-        if time > 0.0 and gap_to_circle(outline, circle) <= distance:
-            velocity = _core.centroid_velocity(outline, droplets[0].velocities)
-            centre = tuple(circle[:2].tolist())
-            symmetry = _core.symmetry(outline, centre, velocity)
-            impact = _core.impact_parameter(outline, centre, velocity)
-            return _Contact(time, symmetry, impact, velocity)
-    return None
+    fixed = settings.contact_distance_um
+    bound = (CONTACT_DISTANCE_UM if fixed is None else fixed) / diameter_um
+    times, gaps, alone = run.outlines.times.tolist(), [], []
+    # The engine starts a droplet at rest: the first record tells no velocity.
+    for time, droplets in list(zip(times, run.outlines, strict=True))[1:]:
+        if len(droplets) > 1:
+            break
+        gaps.append(gap_to_circle(droplets[0].vertices, circle))
+        alone.append((time, droplets[0]))
+        if fixed is not None and gaps[-1] <= bound:
+            break
+    if not gaps or min(gaps) > bound:
+        return None
+    k = (
+        len(gaps) - 1
+        if fixed is not None
+        else first_contact(gaps, bound, settings.pixel_um / diameter_um)
+    )
+    time, droplet = alone[k]
+    velocity = _core.centroid_velocity(droplet.vertices, droplet.velocities)
+    centre = tuple(circle[:2].tolist())
+    symmetry = _core.symmetry(droplet.vertices, centre, velocity)
+    impact = _core.impact_parameter(droplet.vertices, centre, velocity)
+    return _Contact(time, symmetry, impact, velocity)
 
 
-def _simulated(row: dict[str, Any], distance_um: float) -> tuple[Collision, _Contact, float]:
+def _simulated(
+    row: dict[str, Any], settings: VideoSettings, progress: Callable[[int], object]
+) -> tuple[Collision, _Contact, float]:
     """Return the run, its contact, and the flow's speed in mm/s that gives it the droplet's."""
     speed = 1.0
-    for _ in range(_SPEED_ROUNDS):
+    for done in range(ROUNDS):
         capillary = float(row["capillary_number"]) / speed / CA_PER_CA_SIM
-        run, contact = _matched(row, capillary, distance_um)
+        run, contact = _matched(row, capillary, settings)
         speed = contact.speed
+        progress(done + 1)
     return run, contact, float(row["speed_mm_s"]) / speed
 
 
 def _matched(
-    row: dict[str, Any], capillary: float, distance_um: float
+    row: dict[str, Any], capillary: float, settings: VideoSettings
 ) -> tuple[Collision, _Contact]:
     """Return the run that starts so that it has the measured S, or b where S is 0."""
     base = Parameters(size_ratio=float(row["size_ratio"]), simulation_capillary_number=capillary)
-    distance = distance_um / float(row["size_ratio"] * row["obstacle_radius_um"])
+    diameter_um = float(row["size_ratio"] * row["obstacle_radius_um"])
     by_symmetry = float(row["symmetry"]) > _GRAZING
 
     def tried(offset: float) -> tuple[Collision, _Contact | None]:
         run = simulate(base.replace(offset=offset), outlines=SAMPLE_INTERVAL)
-        return run, _contact(run, distance)
+        return run, _contact(run, settings, diameter_um)
 
     def excess(offset: float) -> float:
         contact = tried(offset)[1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import defaultdict, deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -28,6 +28,7 @@ _FONT, _FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.45
 _LINE_HEIGHT = 24  # of the legend, pixels
 _CLOCK_WIDTH = 210  # of frame and time, pixels
 _MARK_AWAY = 24.0  # of the name of an event from its place, pixels of the film
+_MOST_TAKEN = 64  # pictures of an approach until its contact is known
 _BETWEEN = 4  # white pixels between the two pictures of a collision
 _WHITE = (255, 255, 255)
 _FLASH = 12  # frames for which an event stays marked
@@ -167,7 +168,8 @@ class OverlayWriter:
         places = dict(zip(seen.tracks, seen.droplets, strict=True))
         for track, obstacle in seen.met:
             x, y, _ = self._obstacles[obstacle]
-            self._marks.append(_Mark(number + _FLASH, x, y, f"contact of {track}", CONTACT))
+            mark = _Mark(number + _FLASH, x, y, f"contact of {track}", CONTACT)
+            self._marks = [each for each in self._marks if each.text != mark.text] + [mark]
         for event in seen.events:
             child = places.get(event.children[0]) if event.children else None
             if event.kind in ("break-up", "coalescence") and child is not None:
@@ -296,7 +298,7 @@ class ThumbnailTaker:
 
     def __init__(self, obstacles: Floats) -> None:
         self._obstacles = obstacles
-        self._before: dict[tuple[int, int], tuple[int, Pixels]] = {}
+        self._before: dict[tuple[int, int], dict[int, Pixels]] = defaultdict(dict)
 
     def look(self, seen: Measured) -> list[Thumbnail]:
         """Take one frame, and return the pictures of the collisions that are over."""
@@ -306,16 +308,20 @@ class ThumbnailTaker:
         for droplet in seen.droplets:
             fixed = np.rint(droplet.outline * 16).astype(np.int32)
             cv2.polylines(image, [fixed], True, OUTLINE, 1, cv2.LINE_AA, 4)
-        for track, obstacle in seen.met:
-            self._before[track, obstacle] = seen.frame.number, self._around(image, obstacle)
+        for pair in seen.met:
+            taken = self._before[pair]
+            taken[seen.frame.number] = self._around(image, pair[1])
+            if len(taken) > _MOST_TAKEN:
+                del taken[min(taken)]
         return [self._joined(each, image) for each in seen.over]
 
     def _joined(self, over: Encounter, image: Pixels) -> Thumbnail:
         track, obstacle = over.track_id, over.obstacle_id
-        contact, before = self._before.pop((track, obstacle))
+        taken = self._before.pop((track, obstacle))
+        before = taken[min(taken, key=lambda frame: abs(frame - over.contact_frame))]
         gap = np.full((_THUMBNAIL, _BETWEEN, 3), 255, dtype=np.uint8)
         pixels = np.hstack([before, gap, self._around(image, obstacle)])
-        return Thumbnail(contact, track, obstacle, pixels)
+        return Thumbnail(over.contact_frame, track, obstacle, pixels)
 
     def _around(self, image: Pixels, obstacle: int) -> Pixels:
         x, y, radius = self._obstacles[obstacle]

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 from pinchoff.support.errors import InputError
-from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.video.encounters import Laboratory
 from pinchoff.video.formats.selection import FrameRange
 from pinchoff.video.formats.source import SMALLEST_SIDE
 
@@ -111,10 +111,11 @@ class VideoSettings(Checked):
     lattice : Lattice, optional
         A regular array of them instead; as a table in TOML, or behind ``--set`` as
         ``lattice={pitch_um=900, radius_um=85, x_px=320, y_px=256}``.
-    contact_distance_um : float
-        An outline that comes this near to an obstacle is in contact, µm.
+    contact_distance_um : float, optional
+        An outline that comes this near to an obstacle is in contact, µm; by default the contact is
+        where the gap stops closing, if that is nearer than 16 µm.
     velocity_frames : int
-        Frames up to the contact to which the velocity is fitted.
+        Frames up to the contact to which the velocity is fitted; half as many after it help.
     maximum_step_px : float, optional
         Largest displacement of a droplet between two frames, pixels, beyond that of its own
         motion; by default half its diameter.
@@ -169,7 +170,9 @@ class VideoSettings(Checked):
     lattice: Lattice | None = explained(
         "a table with pitch_um, radius_um, x_px and y_px", "a regular array", default=None
     )
-    contact_distance_um: Number = number(0.0, 1e4, "a distance in µm", default=CONTACT_DISTANCE_UM)
+    contact_distance_um: Number | None = explained(
+        "a finite number from 0 to 10000", "a distance in µm", ge=0.0, le=1e4, default=None
+    )
     velocity_frames: WholeNumber = explained(
         "a whole number from 3 to 100", "frames of the velocity's fit", ge=3, le=100, default=8
     )
