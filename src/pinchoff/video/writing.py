@@ -19,7 +19,12 @@ if TYPE_CHECKING:
 
 Pixels = npt.NDArray[np.uint8]
 
+_CHROMA = np.array([[-37.797, -74.203, 112.0, 32640.0], [112.0, -93.786, -18.214, 32640.0]]) / 255
+"""Blue and red difference of red, green, blue and 1, with 16 to 240 for the least and the most
+[ITU-R BT.601]."""
+
 _PRESET = "veryfast"  # of x264: five times as fast as its default, files a tenth larger
+_FASTER = {"x264-params": "subme=1:me=dia"}  # a third faster, nothing to be seen of it
 _QUICK_PRESET = "ultrafast"  # three times as fast again, files three times as large
 
 
@@ -90,7 +95,7 @@ class ClipWriter:
         self._quick = quick
         preset = _QUICK_PRESET if quick else _PRESET
         self._stream: Any = self._container.add_stream(
-            "libx264", rate=rate, options={"crf": str(crf), "preset": preset}
+            "libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_FASTER}
         )
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
@@ -113,10 +118,18 @@ class ClipWriter:
 
     def append(self, pixels: Pixels) -> None:
         """Add one frame: (height, width, 3) of red, green and blue."""
-        image, layout = np.ascontiguousarray(pixels), "rgb24"
-        if self._quick:
-            import cv2
-
-            image, layout = cv2.cvtColor(image, cv2.COLOR_RGB2YUV_I420), "yuv420p"
-        frame = self._av.VideoFrame.from_ndarray(image, format=layout)
+        frame = self._av.VideoFrame.from_ndarray(self._planes(pixels), format="yuv420p")
         self._container.mux(self._stream.encode(frame))
+
+    def _planes(self, pixels: Pixels) -> Pixels:
+        """Return brightness at full and colour at half resolution, in the order of I420."""
+        import cv2
+
+        image = np.ascontiguousarray(pixels)
+        planes: Pixels = cv2.cvtColor(image, cv2.COLOR_RGB2YUV_I420)
+        if not self._quick:  # OpenCV takes the colour of one pixel in four
+            height, width = image.shape[:2]
+            half = cv2.resize(image, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
+            chroma = cv2.transform(half, _CHROMA)
+            planes.reshape(-1)[height * width :] = np.moveaxis(chroma, 2, 0).reshape(-1)
+        return planes
