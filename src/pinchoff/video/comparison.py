@@ -22,8 +22,8 @@ from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
 from pinchoff.support.quantities import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
-from pinchoff.video.contact import first_contact
-from pinchoff.video.encounters import CONTACT_DISTANCE_UM, gap_to_circle
+from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
+from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Encounter, gap_to_circle
 from pinchoff.video.microscope.passages import Passage
 from pinchoff.video.settings import VideoSettings
 
@@ -35,6 +35,12 @@ _GRAZING = 0.01  # S, below which it tells little
 _FEWEST_FRAMES = 3  # that are compared
 _AFTER_S = 0.3  # that is compared after the collision's end, seconds
 
+
+_CIRCLE = ("obstacle_x_um", "obstacle_y_um", "obstacle_radius_um")
+_TOLD_THERE = (
+    *("capillary_number", "symmetry", "impact_parameter", "speed_mm_s", "size_ratio"),
+    *("area_um2", "contact_time_s", "contact_frame", "flow_direction_deg", "side"),
+)
 
 ROUNDS = 4
 """Until speed at contact and capillary number agree."""
@@ -62,7 +68,7 @@ class Comparison:
     Attributes
     ----------
     row : dict
-        The collision, as in its table.
+        The collision, as in its table, but speed, S and b where it comes near.
     run : Collision
         Its simulation.
     contact : NamedTuple
@@ -136,9 +142,10 @@ def compare_collision(
 ) -> Comparison:
     """Simulate a measured collision from its own numbers and compare the two.
 
-    D0/R, the droplet's speed at contact and the fluids' properties are those measured. The
-    flow's speed is solved for, so that the simulated droplet has the measured speed at contact,
-    and the start's offset, so that it has the measured S; where S is 0, the measured b.
+    D0/R, the droplet's speed and the fluids' properties are those measured. The flow's speed is
+    solved for, so that the simulated droplet is as fast, and the start's offset, so that it has
+    the measured S; where S is 0, the measured b. All this is where the droplet comes within 16 µm
+    of the obstacle, or the contact distance that is set: there film and simulation are told alike.
 
     Parameters
     ----------
@@ -165,9 +172,10 @@ def compare_collision(
     row = _row(place, collision_id)
     settings = _unchanged_settings(place, result)
     pixel_um = settings.pixel_um
+    seen = _filmed(place, row)
+    row = _at_distance(row, seen, settings)
     run, contact, flow_mm_s = _simulated(row, settings, progress or (lambda done: None))
     passage = _placed(run, contact, row, flow_mm_s, pixel_um)
-    seen = _filmed(place, row)
     passage = _in_time(passage, seen, pixel_um)
     filmed, simulated = _both(passage, seen, pixel_um)
     if len(filmed) < _FEWEST_FRAMES:
@@ -261,34 +269,55 @@ def _row(folder: Path, collision_id: int) -> dict[str, Any]:
     return row
 
 
-def _contact(run: Collision, settings: VideoSettings, diameter_um: float) -> _Contact | None:
-    """Return the record of first contact, told as in the film; None if there is none."""
+def _at_distance(row: dict[str, Any], seen: _Seen, settings: VideoSettings) -> dict[str, Any]:
+    """Return a row as it is where the droplet comes near, rather than where it touches.
+
+    Within a frame of the touch it loses much of its speed; so film and simulation are told alike
+    at a distance that both cross at a steady pace.
+    """
+    bound = _distance_um(settings)
+    circle = tuple(float(row[name]) for name in _CIRCLE)
+    approach = Approach([], settings.velocity_frames, bound, fixed=True)
+    for frame, time, outline in seen:
+        place = Place(time, *_core.centroid(outline))
+        approach.add(frame, place, outline, gap_to_circle(outline, circle))
+    if not approach.known:
+        return row
+    contact = approach.contact()
+    if contact.seen < FEWEST_FRAMES:
+        return row
+    encounter = Encounter(
+        obstacle=(circle[0], circle[1], circle[2]),
+        outline=contact.outline,
+        velocity=(contact.velocity[0] * 1e-3, contact.velocity[1] * 1e-3),
+        contact_frame=contact.frame,
+        end_frame=int(row["end_frame"]),
+        contact_time_s=contact.time_s,
+        outcome=str(row["outcome"]),
+    )
+    there = encounter.row(settings.laboratory)
+    return {**row, **{name: there[name] for name in _TOLD_THERE}}
+
+
+def _distance_um(settings: VideoSettings) -> float:
+    fixed = settings.contact_distance_um
+    return CONTACT_DISTANCE_UM if fixed is None else fixed
+
+
+def _contact(run: Collision, distance: float) -> _Contact | None:
+    """Return the first record in which the droplet is as near; None if it never is."""
     assert run.outlines is not None
     circle = run.outlines.obstacles[0]
-    fixed = settings.contact_distance_um
-    bound = (CONTACT_DISTANCE_UM if fixed is None else fixed) / diameter_um
-    times, gaps, alone = run.outlines.times.tolist(), [], []
-    # The engine starts a droplet at rest: the first record tells no velocity.
-    for time, droplets in list(zip(times, run.outlines, strict=True))[1:]:
-        if len(droplets) > 1:
-            break
-        gaps.append(gap_to_circle(droplets[0].vertices, circle))
-        alone.append((time, droplets[0]))
-        if fixed is not None and gaps[-1] <= bound:
-            break
-    if not gaps or min(gaps) > bound:
-        return None
-    k = (
-        len(gaps) - 1
-        if fixed is not None
-        else first_contact(gaps, bound, settings.pixel_um / diameter_um)
-    )
-    time, droplet = alone[k]
-    velocity = _core.centroid_velocity(droplet.vertices, droplet.velocities)
-    centre = tuple(circle[:2].tolist())
-    symmetry = _core.symmetry(droplet.vertices, centre, velocity)
-    impact = _core.impact_parameter(droplet.vertices, centre, velocity)
-    return _Contact(time, symmetry, impact, velocity)
+    for time, droplets in zip(run.outlines.times.tolist(), run.outlines, strict=True):
+        outline = droplets[0].vertices
+        # The engine starts a droplet at rest.
+        if time > 0.0 and gap_to_circle(outline, circle) <= distance:
+            velocity = _core.centroid_velocity(outline, droplets[0].velocities)
+            centre = tuple(circle[:2].tolist())
+            symmetry = _core.symmetry(outline, centre, velocity)
+            impact = _core.impact_parameter(outline, centre, velocity)
+            return _Contact(time, symmetry, impact, velocity)
+    return None
 
 
 def _simulated(
@@ -314,7 +343,7 @@ def _matched(
 
     def tried(offset: float) -> tuple[Collision, _Contact | None]:
         run = simulate(base.replace(offset=offset), outlines=SAMPLE_INTERVAL)
-        return run, _contact(run, settings, diameter_um)
+        return run, _contact(run, _distance_um(settings) / diameter_um)
 
     def excess(offset: float) -> float:
         contact = tried(offset)[1]
