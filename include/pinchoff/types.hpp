@@ -72,9 +72,11 @@ struct WallContact {
     Obstacle obstacle;
 };
 
-/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own.
+/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own: of
+/// the other's image that is shifted by (image_x, image_y).
 struct DropletContact {
     int ring, vertex, other, first_edge, edge_count;
+    double image_x = 0, image_y = 0;
 };
 
 /// What a block of steps acts on.
