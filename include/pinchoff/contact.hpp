@@ -179,8 +179,12 @@ inline double list_own(ContactLists& lists, const Ring& ring, int index, double 
 
 /// How far a box reaches beyond a sampled flow; negative where it is inside.
 inline double outside(const Flow& flow, const Box& box) {
-    return std::max({flow.x0 - box.left, box.right - flow.x0 - (flow.nx - 1) * flow.dx,
-                     flow.y0 - box.bottom, box.top - flow.y0 - (flow.ny - 1) * flow.dy});
+    double out = -std::numeric_limits<double>::infinity();
+    if (!flow.periodic_x)
+        out = std::max({out, flow.x0 - box.left, box.right - flow.x0 - (flow.nx - 1) * flow.dx});
+    if (!flow.periodic_y)
+        out = std::max({out, flow.y0 - box.bottom, box.top - flow.y0 - (flow.ny - 1) * flow.dy});
+    return out;
 }
 
 }  // namespace pinchoff

@@ -94,14 +94,14 @@ private:
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 13 * stride;
+        const std::size_t total = 15 * stride;
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
         for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path}) {
+                           &ring.push_x, &ring.push_y, &ring.path, &ring.fluid_x, &ring.fluid_y}) {
             *a = next + kLanes;
             next += stride;
         }

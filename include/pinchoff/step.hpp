@@ -46,8 +46,11 @@ inline double pull_edges(const Ring& ring) {
 
 /// New velocities from the forces at the present positions. Track: add to the path of each vertex.
 template <bool Push, bool Track, class FlowAt>
-void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
+void kick(const Ring& ring, const FlowAt& flow, Relaxation relaxation) {
     const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
+    if constexpr (FlowAt::kByRing) flow.fill(ring);
+    const double* fluid_x = ring.fluid_x;
+    const double* fluid_y = ring.fluid_y;
     const double* x = ring.x;
     const double* y = ring.y;
     const double* px = ring.pull_x;
@@ -61,7 +64,9 @@ void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
     const int padded = ring.padded;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
-        const Vec2 fluid = flow.at({x[i], y[i]});
+        Vec2 fluid;
+        if constexpr (FlowAt::kByRing) fluid = {fluid_x[i], fluid_y[i]};
+        else fluid = flow.at({x[i], y[i]});
         Vec2 force = pressure_force({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]}, p);
         force.x += px[i] - px[i - 1];
         force.y += py[i] - py[i - 1];
@@ -133,8 +138,7 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     int edge = first;
     double fraction = 0.0, least2 = 1e300;
     Vec2 off{0.0, 0.0};
-    for (int n = 0; n < count; ++n) {
-        const int k = (first + n) % ring.count;
+    for (int n = 0, k = first; n < count; ++n, k = k + 1 == ring.count ? 0 : k + 1) {
         const Vec2 a{ring.x[k], ring.y[k]}, e = Vec2{ring.x[k + 1], ring.y[k + 1]} - a;
         const double t = smaller(larger(dot(r - a, e) / dot(e, e), 0.0), 1.0);
         const Vec2 apart = r - (a + t * e);

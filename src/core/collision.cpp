@@ -20,7 +20,7 @@ using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cp
 /// A flow as Python holds it: the plain description and, for a sampled one, its node values.
 struct FlowObject {
     Flow flow;
-    std::vector<double> u, v;
+    std::vector<double> nodes;
 };
 
 static Model model_of(const double* row) {
@@ -66,14 +66,13 @@ static FlowObject uniform_flow(double vx, double vy) {
     return object;
 }
 
-static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v) {
+static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v,
+                               bool periodic_x, bool periodic_y) {
     if (u.shape(0) != v.shape(0) || u.shape(1) != v.shape(1) || u.shape(0) < 4 || u.shape(1) < 4)
         throw nb::value_error(
             "u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
             "sample both on one grid");
     FlowObject object;
-    object.u.assign(u.data(), u.data() + u.size());
-    object.v.assign(v.data(), v.data() + v.size());
     Flow& f = object.flow;
     f.kind = FlowKind::sampled;
     f.x0 = x0;
@@ -82,8 +81,10 @@ static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid 
     f.dy = dy;
     f.ny = static_cast<int>(u.shape(0));
     f.nx = static_cast<int>(u.shape(1));
-    f.u = object.u.data();  // stays valid when the object is moved
-    f.v = object.v.data();
+    f.periodic_x = periodic_x;
+    f.periodic_y = periodic_y;
+    object.nodes = padded_nodes(f, u.data(), v.data());
+    f.nodes = object.nodes.data();  // stays valid when the object is moved
     return object;
 }
 
@@ -370,12 +371,11 @@ void bind_collision(nb::module_& m) {
         .def("velocity", &flow_velocity, "points"_a, "Velocity (n, 2) at points (n, 2).");
     m.def(
         "StokesFlow",
-        [](double radius, double x, double y) {
-            return FlowObject{stokes_flow(radius, x, y), {}, {}};
-        },
+        [](double radius, double x, double y) { return FlowObject{stokes_flow(radius, x, y), {}}; },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
+          "periodic_x"_a = false, "periodic_y"_a = false,
           "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), "
           "interpolated bicubically.");
 
