@@ -10,6 +10,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import pinchoff as po
+from pinchoff.figures import style
 from pinchoff.figures.movie import write_movie
 from pinchoff.figures.snapshots import snapshot_strip, write_snapshots
 from pinchoff.studies.moments import collision_moments
