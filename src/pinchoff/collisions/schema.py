@@ -149,25 +149,6 @@ SHARED_COLUMNS: tuple[Column, ...] = tuple(c for c in COLUMNS if c.name in _SHAR
 SYNTHETIC = "synthetic"
 """How the source of a row begins that was neither simulated nor measured, but drawn."""
 
-PARAMETER_COLUMNS: dict[str, Column] = {
-    "vertex_count": count_column("vertex_count", "N_v, vertices of the outline"),
-    "line_tension": measure_column("line_tension", "M v_f∞²/D0", "γ̃"),
-    "edge_stiffness": measure_column("edge_stiffness", "1", "k̃_l = k_l D0/γ_2D"),
-    "area_stiffness": measure_column("area_stiffness", "M v_f∞²/D0⁴", "k_a"),
-    "wall_stiffness": measure_column("wall_stiffness", "M v_f∞²", "ε_w"),
-    "start_distance": measure_column("start_distance", "D0", "start of the droplet upstream of R"),
-    "time_step": measure_column("time_step", "t0", "Δt that was taken"),
-    "time_limit": measure_column("time_limit", "t0", "the run ends at the latest, as captured"),
-    # The name of the parameter itself is that of what is measured.
-    "neck_thickness": measure_column("neck_thickness_limit", "D0", "a thinner neck breaks"),
-    "neck_separation": measure_column(
-        "neck_separation", "1 or D0", "shortest arc between a neck's sides; 1: of the perimeter"
-    ),
-    "neck_separation_unit": Column("neck_separation_unit", "", "str", "perimeter or diameter"),
-    "follow_daughters": Column("follow_daughters", "", "bool", "whether a run outlasts a break-up"),
-}
-"""What a sweep that varies other parameters than the table shows puts behind its columns."""
-
 
 def units() -> dict[str, str]:
     """Return the unit of every column, by name."""

@@ -89,7 +89,7 @@ def warn_of_failures(failed: int, total: int, stacklevel: int = 3) -> None:
 def run_columns(
     parameters: Sequence[Parameters],
     results: NDArray[np.float64],
-    first_id: int = 0,
+    ids: Sequence[int] = (0,),
     met: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[Any]]:
     """Return runs as columns of the collisions table.
@@ -99,8 +99,8 @@ def run_columns(
     parameters : sequence of n Parameters
     results : ndarray, shape (n, len(_core.RESULT_FIELDS))
         What the core returned for them.
-    first_id : int, optional
-        ``collision_id`` of the first run.
+    ids : sequence of n int, optional
+        The ``collision_id`` of each run.
     met : mapping of str to float, optional
         What `first_meeting` says in place of the parameters.
 
@@ -112,7 +112,7 @@ def run_columns(
     result = dict(zip(_core.RESULT_FIELDS, results.T, strict=True))
     columns: dict[str, NDArray[Any]] = {
         "source": np.full(len(parameters), "simulation", dtype=object),
-        "collision_id": first_id + np.arange(len(parameters)),
+        "collision_id": np.array(ids, dtype=np.int64),
         **_parameter_columns(parameters),
         **_event_columns(result),
     }

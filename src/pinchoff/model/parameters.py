@@ -6,6 +6,7 @@ masses in M, the droplet's. So the unit of time is t0 = D0/v_f∞.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -16,8 +17,9 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pinchoff.model.consistency import require_consistent
-from pinchoff.model.presets import DEFAULTS, preset_constants, preset_description, preset_names
-from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number, unknown_name
+from pinchoff.model.entry import CoreNumber, Entry, documented, entries_of, parameter
+from pinchoff.model.presets import preset_constants, preset_description, preset_names
+from pinchoff.support.checked import Checked, Number, WholeNumber, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
 from pinchoff.support.quantities import (
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CA_PER_CA_SIM",
+    "DEFAULTS",
+    "PARAMETERS",
     "SAMPLE_INTERVAL",
     "Parameters",
     "PhysicalScale",
@@ -68,37 +72,8 @@ class Parameters(Checked):
 
     Parameters
     ----------
-    size_ratio : float
-        D0/R, diameter of the undeformed droplet over the obstacle's radius.
-    simulation_capillary_number : float
-        Ca_sim = μ̃/γ̃; the experiment's Ca is 9.8e-5 times as large [paper, eq. conv].
-    offset : float
-        Start y of the droplet, D0; the obstacle's centre is at y = 0.
-    vertex_count : int
-        N_v, vertices of the outline.
-    line_tension : float
-        γ̃, in M v_f∞²/D0. From about 20 on the motion is overdamped.
-    edge_stiffness : float
-        k̃_l = k_l D0/γ_2D, dimensionless [paper, eq. shape].
-    area_stiffness : float
-        k̃_a = k_a D0⁴/(M v_f∞²), dimensionless; by default 5000 γ̃.
-    wall_stiffness : float
-        ε̃_w = ε_w/(M v_f∞²), dimensionless; by default 1.25 γ̃.
-    start_distance : float
-        How far upstream of the obstacle's centre the droplet starts, D0.
-    time_step : float or "auto"
-        Δt, t0; "auto" takes the largest step whose results agree with the paper's step.
-    time_limit : float
-        When the run ends at the latest, t0: a droplet that has not left the obstacle behind by then
-        counts as captured.
-    neck_thickness : float
-        A neck thinner than this breaks, D0. Zero: nothing ever breaks.
-    neck_separation : float
-        Shortest arc that counts as a neck's two sides, in `neck_separation_unit`.
-    neck_separation_unit : "perimeter" or "diameter"
-        Whether `neck_separation` is a fraction of the current perimeter or a length in D0.
-    follow_daughters : bool
-        Whether the run goes on after a break-up, until every droplet has left.
+    **values
+        Each as its entry in the class body says.
     scale : PhysicalScale, optional
         The experiment that the numbers stand for; `from_physical` fills it in.
 
@@ -117,63 +92,139 @@ class Parameters(Checked):
     100000.0
     """
 
-    size_ratio: Number = number(
-        0.01, 100, "D0/R, the diameter over the obstacle's radius", default=DEFAULTS["size_ratio"]
+    # One entry each: whatever else is said of a parameter follows from here. What a number of the
+    # core follows from several parameters is in the entry of the one that it changes with.
+    size_ratio: Number = parameter(
+        5.66,
+        "the undeformed droplet's diameter over the obstacle's radius",
+        symbol="D0/R",
+        unit="1",
+        low=0.01,
+        high=100,
+        core_name="obstacle_radius",
+        core=lambda p: p.obstacle_radius,
     )
-    simulation_capillary_number: Number = number(
-        1e-3, 1e5, "Ca_sim, that is Ca/9.8e-5", default=DEFAULTS["simulation_capillary_number"]
+    simulation_capillary_number: Number = parameter(
+        25.0,
+        "drag over line tension, μ̃/γ̃ = Ca/9.8e-5",
+        symbol="Ca_sim",
+        unit="1",
+        low=1e-3,
+        high=1e5,
+        core_name="drag",
+        core=lambda p: p.drag,
     )
-    offset: Number = number(-5, 5, "the droplet's start y in D0", default=DEFAULTS["offset"])
-    vertex_count: WholeNumber = explained(
-        "a whole number from 16 to 1024",
+    offset: Number = parameter(
+        0.05,
+        "the droplet's start y",
+        symbol="y0",
+        unit="D0",
+        low=-5,
+        high=5,
+        note="The obstacle's centre is at y = 0.",
+    )
+    vertex_count: WholeNumber = parameter(
+        64,
         "how many vertices the outline has",
-        ge=16,
-        le=1024,
-        default=DEFAULTS["vertex_count"],
+        symbol="N_v",
+        unit="1",
+        rule="a whole number from 16 to 1024",
+        low=16,
+        high=1024,
     )
-    line_tension: Number = number(1e-3, 1e5, "γ̃ in M v_f∞²/D0", default=DEFAULTS["line_tension"])
-    edge_stiffness: Number = number(1e-6, 1e4, "k̃_l", default=DEFAULTS["edge_stiffness"])
-    area_stiffness: Number = number(
-        1e-3,
-        1e9,
-        "k̃_a, or leave it out for 5000 γ̃",
-        default_factory=lambda given: AREA_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
+    line_tension: Number = parameter(
+        80.0,
+        "the line tension, γ_2D t0/(M v_f∞)",
+        symbol="γ̃",
+        unit="M v_f∞²/D0",
+        low=1e-3,
+        high=1e5,
+        note="From about 20 on the motion is overdamped.",
     )
-    wall_stiffness: Number = number(
-        1e-3,
-        1e9,
-        "ε̃_w, or leave it out for 1.25 γ̃",
-        default_factory=lambda given: WALL_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
+    edge_stiffness: Number = parameter(
+        3.0,
+        "the stiffness of edges, k_l D0/γ_2D",
+        symbol="k̃_l",
+        unit="1",
+        low=1e-6,
+        high=1e4,
+        core=lambda p: p.edge_stiffness * p.line_tension,
     )
-    start_distance: Number = number(
-        0.75, 1000, "how far upstream the droplet starts in D0", default=DEFAULTS["start_distance"]
+    area_stiffness: Number = parameter(
+        lambda given: AREA_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
+        "the stiffness of the area, k_a D0⁴/(M v_f∞²)",
+        symbol="k̃_a",
+        unit="M v_f∞²/D0⁴",
+        low=1e-3,
+        high=1e9,
+        follows=f"{AREA_STIFFNESS_PER_LINE_TENSION:g} γ̃",
     )
-    time_step: TimeStep = explained(
-        "'auto' or a finite number from 1e-07 to 0.1",
-        "Δt in t0, or leave it to 'auto'",
-        default=DEFAULTS["time_step"],
+    wall_stiffness: Number = parameter(
+        lambda given: WALL_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
+        "the stiffness of the wall, ε_w/(M v_f∞²)",
+        symbol="ε̃_w",
+        unit="M v_f∞²",
+        low=1e-3,
+        high=1e9,
+        follows=f"{WALL_STIFFNESS_PER_LINE_TENSION:g} γ̃",
     )
-    time_limit: Number = number(
-        0.01, 1e4, "the latest end of the run in t0", default=DEFAULTS["time_limit"]
+    start_distance: Number = parameter(
+        5.0,
+        "how far upstream of the obstacle's centre the droplet starts",
+        unit="D0",
+        low=0.75,
+        high=1000,
     )
-    neck_thickness: Number = number(
-        0, 1, "the thickness in D0 below which a neck breaks", default=DEFAULTS["neck_thickness"]
+    time_step: TimeStep = parameter(
+        "auto",
+        "the time step",
+        symbol="Δt",
+        unit="t0",
+        rule="'auto' or a finite number from 1e-07 to 0.1",
+        note="'auto' takes the largest step whose results agree with the paper's step.",
+        core=lambda p: math.nan if p.time_step == "auto" else p.time_step,
     )
-    neck_separation: Number = number(
-        0.01,
-        1.5,
+    time_limit: Number = parameter(
+        30.0,
+        "when the run ends at the latest",
+        unit="t0",
+        low=0.01,
+        high=1e4,
+        note="A droplet that has not left the obstacle behind by then counts as captured.",
+    )
+    neck_thickness: Number = parameter(
+        0.167,
+        "the thickness below which a neck breaks",
+        symbol="d_min-neck",
+        unit="D0",
+        low=0,
+        high=1,
+        note="Zero: nothing ever breaks.",
+        column="neck_thickness_limit",  # neck_thickness is what is measured
+    )
+    neck_separation: Number = parameter(
+        0.28,
         "the shortest arc between the two sides of a neck",
-        default=DEFAULTS["neck_separation"],
+        symbol="d_min-sep",
+        unit="1 or D0",
+        low=0.01,
+        high=1.5,
     )
-    neck_separation_unit: Literal["perimeter", "diameter"] = explained(
-        "'perimeter' or 'diameter'",
+    neck_separation_unit: Literal["perimeter", "diameter"] = parameter(
+        "perimeter",
         "what neck_separation is measured in",
-        default=DEFAULTS["neck_separation_unit"],
+        rule="'perimeter' or 'diameter'",
+        note="A fraction of the current perimeter, or a length in D0.",
+        core_name="neck_separation_in_diameters",
+        core=lambda p: p.neck_separation_unit == "diameter",
     )
-    follow_daughters: bool = explained(
-        "true or false",
+    follow_daughters: bool = parameter(
+        True,
         "whether the run goes on after a break-up",
-        default=DEFAULTS["follow_daughters"],
+        rule="true or false",
+        note="It then lasts until every droplet has left.",
+        core_name="stop_at_breakup",
+        core=lambda p: not p.follow_daughters,
     )
     scale: PhysicalScale | None = explained(
         "a PhysicalScale", "the experiment behind the numbers, or use from_physical", default=None
@@ -405,8 +456,7 @@ class Parameters(Checked):
         """
         from pinchoff import _core
 
-        constants = self._core_constants()
-        row = np.array([constants[name] for name in _core.MODEL_FIELDS], dtype=np.float64)
+        row = np.array([number(self) for number in _core_numbers()], dtype=np.float64)
         position = _core.MODEL_FIELDS.index("time_step")
         if self.time_step == "auto":
             # A whole number of steps a sample, so that samples fall on round times.
@@ -421,22 +471,30 @@ class Parameters(Checked):
             )
         return row
 
-    def _core_constants(self) -> dict[str, float]:
-        return {
-            "obstacle_radius": self.obstacle_radius,
-            "drag": self.drag,
-            "line_tension": self.line_tension,
-            "edge_stiffness": self.edge_stiffness * self.line_tension,
-            "area_stiffness": self.area_stiffness,
-            "wall_stiffness": self.wall_stiffness,
-            "offset": self.offset,
-            "start_distance": self.start_distance,
-            "vertex_count": self.vertex_count,
-            "time_step": math.nan if self.time_step == "auto" else self.time_step,
-            "time_limit": self.time_limit,
-            "neck_thickness": self.neck_thickness,
-            "neck_separation": self.neck_separation,
-            "neck_separation_in_diameters": self.neck_separation_unit == "diameter",
-            "sample_interval": SAMPLE_INTERVAL,
-            "stop_at_breakup": not self.follow_daughters,
-        }
+
+PARAMETERS: dict[str, Entry] = entries_of(Parameters)
+"""The entry of every parameter, in their order."""
+
+DEFAULTS: dict[str, Any] = {
+    name: Parameters.model_fields[name].default
+    for name in PARAMETERS
+    if Parameters.model_fields[name].default_factory is None
+}
+"""The default of every parameter that does not follow from another."""
+
+Parameters.__doc__ = documented(Parameters.__doc__, PARAMETERS)
+
+
+@functools.cache
+def _core_numbers() -> tuple[CoreNumber, ...]:
+    """Return what fills each place of the core's row."""
+    from pinchoff import _core
+
+    numbers: dict[str, CoreNumber] = {"sample_interval": lambda _: SAMPLE_INTERVAL}
+    numbers |= {entry.place: entry.core_value for entry in PARAMETERS.values()}
+    if unmatched := numbers.keys() ^ {*_core.MODEL_FIELDS}:
+        raise RuntimeError(
+            "the entries of Parameters and PINCHOFF_MODEL_FIELDS in model.hpp must name the same "
+            f"numbers; got {', '.join(sorted(unmatched))} in one of them alone; correct the other"
+        )
+    return tuple(numbers[name] for name in _core.MODEL_FIELDS)

@@ -11,9 +11,6 @@ from pinchoff.support.checked import unknown_name
 with Path(__file__).with_name("presets.toml").open("rb") as _file:
     _PRESETS: dict[str, dict[str, Any]] = tomllib.load(_file)
 
-DEFAULTS = {key: value for key, value in _PRESETS["default"].items() if key != "description"}
-"""The default of every parameter that does not follow from another."""
-
 
 def preset_names() -> tuple[str, ...]:
     """Names of the presets, ``default`` first."""

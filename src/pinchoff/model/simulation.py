@@ -15,14 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
+from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.flow import Flow
-from pinchoff.model.outcomes import (
-    Collision,
-    collision_of,
-    first_meeting,
-    run_columns,
-    warn_of_failures,
-)
+from pinchoff.model.outcomes import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
 from pinchoff.support.checked import finite_or_nan
 from pinchoff.support.errors import InputError
@@ -43,9 +38,6 @@ RECORDING_INTERVAL = 0.05
 
 LONGEST_INTERVAL = 1e6
 """Longer than any run, t0: an interval as long or longer records its start and its end."""
-
-CHUNK_SIZE = 4096
-"""Runs that are prepared and held at once, so that a sweep's memory is that of its table."""
 
 MOST_THREADS = 1024
 
@@ -220,9 +212,12 @@ def simulate_many(
     done = 0
     with progress_bar(progress, "collisions", total, unit="runs") as show:
         for chunk in _chunks(parameters):
-            models = np.array([_row(done + i, p) for i, p in enumerate(chunk)])
-            results = _core.run_many(models, flow, workers, shifted(show, done))
-            parts.append(run_columns(chunk, results, first_id=done))
+            ids = range(done, done + len(chunk))
+            for number, given in zip(ids, chunk, strict=True):
+                _require_parameters(f"parameters[{number}]", given)
+            parts.append(
+                run_batch(chunk, ids, threads=workers, flow=flow, show=shifted(show, done))
+            )
             done += len(chunk)
     table = schema.table(parts)
     warn_of_failures(int((table["outcome"] == "failed").sum()), done)
@@ -233,15 +228,6 @@ def _chunks(parameters: Iterable[Parameters]) -> Iterator[list[Parameters]]:
     rest = iter(parameters)
     while chunk := list(itertools.islice(rest, CHUNK_SIZE)):
         yield chunk
-
-
-def _row(position: int, parameters: Parameters) -> Floats:
-    place = f"parameters[{position}]"
-    _require_parameters(place, parameters)
-    try:
-        return parameters.model_row()
-    except InputError as error:
-        raise error.within(place) from None
 
 
 def thread_count(threads: int | None) -> int:

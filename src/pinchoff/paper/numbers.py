@@ -12,7 +12,7 @@ import numpy as np
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_WIDTH, transition_factor
 from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
-from pinchoff.model.presets import DEFAULTS
+from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
     MEDIAN_DIAMETER_UM,
     OIL_MPA_S,

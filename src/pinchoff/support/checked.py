@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -42,6 +43,30 @@ Number = Annotated[float, BeforeValidator(_not_boolean), Field(allow_inf_nan=Fal
 WholeNumber = Annotated[int, BeforeValidator(_not_boolean)]
 
 
+@dataclass(frozen=True)
+class Explanation:
+    """What the message of a refused value says; pydantic holds it for us beside the field.
+
+    Attributes
+    ----------
+    rule : str
+        Completes "<name> must be".
+    meaning : str
+        What the value is; completes "give".
+    """
+
+    rule: str
+    meaning: str
+
+    @property
+    def advice(self) -> str:
+        """What to give in place of a refused value."""
+        return f"give {self.meaning}"
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Add to the JSON schema, as pydantic asks of what stands in this place: nothing."""
+
+
 def explained(rule: str, meaning: str, **options: Any) -> Any:
     """Return a pydantic field that carries its rule and meaning into the error message.
 
@@ -54,7 +79,7 @@ def explained(rule: str, meaning: str, **options: Any) -> Any:
     **options
         For `pydantic.Field`: the default and the bounds.
     """
-    return Field(description=meaning, json_schema_extra={"rule": rule}, **options)
+    return Field(description=meaning, json_schema_extra=Explanation(rule, meaning), **options)
 
 
 def number(low: float, high: float, meaning: str, **options: Any) -> Any:
@@ -129,7 +154,7 @@ def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:
     field = model.model_fields.get(name)
     if field is None:
         return unknown_name(name, "the name of a parameter", name, model.model_fields)
-    extra = field.json_schema_extra
-    assert isinstance(extra, dict)
+    explanation = field.json_schema_extra
+    assert isinstance(explanation, Explanation)
     got = "nothing" if finding["type"] == "missing" else repr(finding["input"])
-    return InputError.of(name, str(extra["rule"]), got, f"give {field.description}")
+    return InputError.of(name, explanation.rule, got, explanation.advice)

@@ -16,16 +16,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pinchoff import _core
-from pinchoff.model.outcomes import run_columns
+from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.parameters import Parameters
-from pinchoff.model.simulation import CHUNK_SIZE, Flow, require_flow, thread_count
+from pinchoff.model.simulation import Flow, require_flow, thread_count
 from pinchoff.studies.boundary.bracketing import Search, Trial, run_searches
 from pinchoff.studies.boundary.fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.progress import Show, progress_bar
+from pinchoff.support.progress import Show, progress_bar, shifted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -231,12 +230,11 @@ class _Runner:
 
     def _chunk(self, batch: list[tuple[int, float]]) -> list[Trial]:
         done = len(self._point)
-        show = self._show
         parameters = [self._points[k].replace(offset=offset) for k, offset in batch]
-        models = np.array([each.model_row() for each in parameters])
-        progress = None if show is None else lambda more: show(done + more)
-        results = _core.run_many(models, self._flow, self._threads, progress)
-        columns = run_columns(parameters, results, first_id=done)
+        ids = range(done, done + len(batch))
+        columns = run_batch(
+            parameters, ids, threads=self._threads, flow=self._flow, show=shifted(self._show, done)
+        )
         self._parts.append(columns)
         self._point += [k for k, _ in batch]
         return [
@@ -290,7 +288,10 @@ def _points(
     if common.scale is not None and {"size_ratio", "simulation_capillary_number"} & values.keys():
         common = common.replace(scale=None)  # other numbers are not that experiment's
     grid = itertools.product(*values.values())
-    return [common.replace(**dict(zip(values, each, strict=True))) for each in grid], tuple(values)
+    points = [common.replace(**dict(zip(values, chosen, strict=True))) for chosen in grid]
+    for point in points:
+        point.model_row()  # refuses an unstable time step before anything runs
+    return points, tuple(values)
 
 
 def _values(name: str, given: object) -> list[Any]:

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from pinchoff.model.parameters import Parameters
-from pinchoff.model.presets import DEFAULTS, preset_constants
+from pinchoff.model.parameters import DEFAULTS, PARAMETERS, Parameters
+from pinchoff.model.presets import preset_constants
 from pinchoff.studies.sweep.axes import Axis, Levels, read_axis, whole_number
 from pinchoff.studies.sweep.sampling import KINDS, unit_points
 from pinchoff.support.checked import unknown_name
@@ -218,7 +218,7 @@ def _fixed_constants(config: Mapping[str, Any]) -> dict[str, Any]:
     table = config.get("parameters", {})
     if not isinstance(table, Mapping):
         raise InputError.of("parameters", "a table", table, "write it as [parameters]")
-    names = [name for name in Parameters.model_fields if name != "scale"]
+    names = PARAMETERS.keys()
     beside = {name: value for name, value in config.items() if name not in _SWEEP_KEYS}
     for name in beside:
         if name not in names:
@@ -268,7 +268,7 @@ def _axis(
     sampled = kind != "grid"
     if physical is not None and name in PHYSICAL_NAMES:
         return read_axis(name, given, sampled=sampled, whole=False, read=_read_quantity)
-    names = {field for field in Parameters.model_fields if field != "scale"}
+    names = {*PARAMETERS}
     if physical is not None:
         if name in ("size_ratio", "simulation_capillary_number"):
             rule, advice = "left out beside [physical]", "vary a quantity of [physical]"

@@ -1,0 +1,178 @@
+"""One entry per parameter: all that the package knows of it, said once, in a class body.
+
+From the entries follow the checks and their messages, the row of numbers that the compiled core
+takes, the columns of tables in which a parameter varies, the axes of sweeps, the docstring of
+`pinchoff.Parameters` and the table in the documentation.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic import BaseModel, Field
+
+from pinchoff.collisions.schema import Column
+from pinchoff.support.checked import Explanation
+
+CoreNumber = Callable[[Any], float]
+"""What the compiled core takes for a parameter, from all the parameters of a run."""
+
+_DOCSTRING_WIDTH = 92
+
+
+@dataclass(frozen=True)
+class Entry(Explanation):
+    """What is known of one parameter, beside its type and limits.
+
+    Attributes
+    ----------
+    rule : str
+        What a value must be; completes "<name> must be".
+    meaning : str
+        What it is, in a phrase that completes "give".
+    symbol : str
+        As in the paper; empty: it has none.
+    unit : str
+        "1" for a pure number, "" for what is not a number.
+    default : str
+        As messages and documentation show it.
+    note : str
+        What else the documentation says.
+    column : str
+        Name of its column in a table in which it varies; empty: its own.
+    core_name : str
+        Name of its number in the core's row; empty: its own.
+    core : callable or None
+        That number, from all the parameters; None: its value.
+    name : str
+    kind : str
+        "float", "int", "bool" or "str".
+    """
+
+    symbol: str
+    unit: str
+    default: str
+    note: str
+    column: str
+    core_name: str
+    core: CoreNumber | None
+    name: str = ""
+    kind: str = ""
+
+    @property
+    def place(self) -> str:
+        """Name of its number in the core's row."""
+        return self.core_name or self.name
+
+    def core_value(self, parameters: object) -> float:
+        """Return that number."""
+        return float(self.core(parameters) if self.core else getattr(parameters, self.name))
+
+    @property
+    def phrase(self) -> str:
+        """Meaning, symbol and unit."""
+        unit = f"in {self.unit}" if self.unit not in ("", "1") else ""
+        return ", ".join(filter(None, (self.meaning, self.symbol, unit)))
+
+    @property
+    def advice(self) -> str:
+        """What to give in place of a refused value."""
+        return f"give {self.phrase}, or leave it out for {self.default}"
+
+    def __call__(self, schema: dict[str, Any]) -> None:
+        """Add symbol and unit to the JSON schema."""
+        schema.update(symbol=self.symbol, unit=self.unit)
+
+    def as_column(self) -> Column:
+        """Return the column of a table in which the parameter varies."""
+        dtype = {"float": "float64", "int": "int64"}.get(self.kind, self.kind)
+        return Column(self.column or self.name, self.unit, dtype, self.meaning)
+
+
+def parameter(
+    default: Any,
+    meaning: str,
+    *,
+    symbol: str = "",
+    unit: str = "",
+    low: float | None = None,
+    high: float | None = None,
+    rule: str = "",
+    follows: str = "",
+    note: str = "",
+    column: str = "",
+    core_name: str = "",
+    core: CoreNumber | None = None,
+) -> Any:
+    """Return the field of a parameter, for a class body.
+
+    Parameters
+    ----------
+    default : object
+        Its default; or, with `follows`, a function of the values before it.
+    meaning, symbol, unit, note : str
+        As of `Entry`.
+    low, high : float, optional
+        The smallest and the largest number that is allowed.
+    rule : str, optional
+        As of `Entry`; by default that of a finite number within the limits.
+    follows : str, optional
+        What the default is where it follows from other parameters, such as "5000 γ̃".
+    column : str, optional
+        Name of its column in a table in which it varies; by default its own.
+    core_name : str, optional
+        Name of its number in the core's row; by default its own.
+    core : callable, optional
+        That number, from all the parameters; by default its value.
+    """
+    shown = str(default).lower() if isinstance(default, bool) else str(default)
+    entry = Entry(
+        rule=rule or f"a finite number from {low:g} to {high:g}",
+        meaning=meaning,
+        symbol=symbol,
+        unit=unit,
+        default=follows or shown,
+        note=note,
+        column=column,
+        core_name=core_name,
+        core=core,
+    )
+    start: dict[str, Any] = {"default_factory": default} if follows else {"default": default}
+    return Field(description=meaning, json_schema_extra=entry, ge=low, le=high, **start)
+
+
+def entries_of(model: type[BaseModel]) -> dict[str, Entry]:
+    """Return the entries of a model's parameters, with their names and kinds."""
+    entries = {}
+    for name, field in model.model_fields.items():
+        entry = field.json_schema_extra
+        if isinstance(entry, Entry):
+            entries[name] = replace(entry, name=name, kind=_kind(field.annotation, entry))
+    return entries
+
+
+def _kind(annotation: object, entry: Entry) -> str:
+    if annotation in (int, bool):
+        return "int" if annotation is int else "bool"
+    return "float" if entry.unit else "str"
+
+
+def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | None:
+    """Return a docstring in which the entries stand in place of ``**values``."""
+    if docstring is None:  # python -OO
+        return None
+    lines = docstring.splitlines()
+    place = lines.index("    **values")
+    described = [line for name, entry in entries.items() for line in _described(name, entry)]
+    return "\n".join([*lines[:place], *described, *lines[place + 2 :]])
+
+
+def _described(name: str, entry: Entry) -> list[str]:
+    phrase = f"{entry.phrase[0].upper()}{entry.phrase[1:]}"
+    text = f"{phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip()
+    indent = " " * 8
+    wrapped = textwrap.wrap(text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return [f"    {name} : {entry.kind}", *wrapped]
