@@ -9,7 +9,7 @@ import shapely
 from shapely import MultiPolygon, Point, box
 
 from pinchoff.chamber import Chamber, check_rules
-from pinchoff.chamber.layout import Pillar
+from pinchoff.chamber.pillars import Pillar
 from pinchoff.chamber.rules import require_rules
 
 WARN = {"on_violation": "warn"}

@@ -9,6 +9,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from pinchoff.chamber.extra import chamber_extra
+
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber as Chamber
     from pinchoff.chamber.flow_check import FlowCheck as FlowCheck
@@ -64,28 +66,10 @@ def __getattr__(name: str) -> Any:
     """Load a public name on first use."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(load(_HOME[name]), name)
+    with chamber_extra():
+        value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
     globals()[name] = value
     return value
-
-
-def load(module: str) -> Any:
-    """Import a module of this package, and say what to install where something is missing.
-
-    Raises
-    ------
-    ImportError
-        A package of the extra ``chamber`` is not installed.
-    """
-    try:
-        return importlib.import_module(f"{__name__}.{module}")
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("pinchoff"):
-            raise
-        raise ImportError(
-            f"{error.name}, which the chamber needs, must be installed; got nothing; install it "
-            "with: pip install 'pinchoff[chamber]'"
-        ) from error
 
 
 def __dir__() -> list[str]:

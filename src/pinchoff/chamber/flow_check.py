@@ -21,7 +21,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.design import Chamber
-    from pinchoff.chamber.layout import Pillar, Port
+    from pinchoff.chamber.layout import Port
+    from pinchoff.chamber.pillars import Pillar
     from pinchoff.support.progress import Show
 
 PAPER_OIL_RATES_UL_MIN = (20.0, 40.0, 60.0)

@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.flow_check import FlowCheck
-    from pinchoff.chamber.layout import Pillar
+    from pinchoff.chamber.pillars import Pillar
 
 NODES_PER_RADIUS = 12.0
 """Nodes at least of the sampled flow across the obstacle's radius."""
