@@ -15,7 +15,7 @@ The number of iterations hardly grows with the mesh, and memory in proportion to
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 _CHEBYSHEV_STEPS = 6
 _CHEBYSHEV_SPAN = 40.0  # of the eigenvalues that the Chebyshev steps damp evenly
 _POWER_STEPS, _POWER_MARGIN = 20, 1.15  # of the estimate of the greatest eigenvalue
-_TOLERANCE = 1e-9  # velocities are then right to 1e-4 of the greatest
+TOLERANCE = 1e-9
+"""Residual at which the iteration ends: velocities are then right to 1e-4 of the greatest."""
+
 _MOST_ITERATIONS = 2000
 
 
@@ -64,6 +66,15 @@ class Field:
     corners_of: Integers
     iterations: int
     reactions: Floats
+
+    def scaled(self, factor: float) -> Field:
+        """Return the flow that is so many times as fast."""
+        return replace(
+            self,
+            velocity=factor * self.velocity,
+            pressure=factor * self.pressure,
+            reactions=factor * self.reactions,
+        )
 
     def at(self, points: Floats) -> Floats:
         """Return the velocity at points, shape (n, 2): zero outside the fluid."""
@@ -139,6 +150,7 @@ def solve(
     sources: Sequence[Source] = (),
     wall_velocity: Callable[[Floats], Floats] | None = None,
     pressure_gradient: tuple[float, float] = (0.0, 0.0),
+    tolerance: float = TOLERANCE,
     show: Show | None = None,
 ) -> Field:
     """Return the flow in a mesh.
@@ -154,6 +166,8 @@ def solve(
         Of points (n, 2) on walls, the velocity there (n, 2); zero by default.
     pressure_gradient : (float, float), optional
         Mean gradient over the viscosity that drives the flow against it, in a periodic mesh.
+    tolerance : float, optional
+        Residual over the right side at which the iteration ends.
     show : callable, optional
         Called with the number of iterations so far.
 
@@ -167,12 +181,10 @@ def solve(
     if wall_velocity is not None:
         velocity[system.wall] = wall_velocity(system.nodes[system.wall])
     drive = -np.outer(system.weight, pressure_gradient)
-    pressure, iterations = _iterate(system, velocity, drive, thickness_um, show)
+    pressure, iterations = _iterate(system, velocity, drive, thickness_um, tolerance, show)
     forces = system.momentum @ velocity - drive
     forces -= np.column_stack([b.T @ pressure for b in system.divergence])
-    return Field(
-        mesh, velocity, pressure, system.nodes_of, system.corners_of, iterations, -forces
-    )
+    return Field(mesh, velocity, pressure, system.nodes_of, system.corners_of, iterations, -forces)
 
 
 def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source]) -> _System:
@@ -274,7 +286,12 @@ def _within(source: Source, x: Floats) -> Floats:
 
 
 def _iterate(
-    system: _System, velocity: Floats, drive: Floats, thickness_um: float, show: Show | None
+    system: _System,
+    velocity: Floats,
+    drive: Floats,
+    thickness_um: float,
+    tolerance: float,
+    show: Show | None,
 ) -> tuple[Floats, int]:
     """Solve for the velocity off the walls, in place, and return the pressure."""
     inner = np.setdiff1d(np.arange(len(velocity)), system.wall, assume_unique=True)
@@ -302,7 +319,7 @@ def _iterate(
     x, failed = linalg.minres(
         linalg.LinearOperator((right.size, right.size), _saddle_point(momentum, b)),
         right,
-        rtol=_TOLERANCE,
+        rtol=tolerance,
         maxiter=_MOST_ITERATIONS,
         M=linalg.LinearOperator((right.size, right.size), precondition),
         callback=counted,
