@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from pinchoff.chamber.brinkman import Field, solve
 from pinchoff.chamber.cell_mesh import build_cell_mesh
-from pinchoff.chamber.mesh import Floats
+from pinchoff.chamber.mesh import Floats, Integers
 from pinchoff.model import flow as flows
 from pinchoff.model.arrays import PillarArray
 from pinchoff.support.checked import finite_or_nan
@@ -233,13 +233,14 @@ def _integral(field: Field) -> Floats:
     return np.asarray(field.mesh.areas() @ middles)
 
 
-def _axis(period: float, pad: float, spacing: float) -> tuple[Floats, Floats, Floats]:
+def _axis(period: float, pad: float, spacing: float) -> tuple[Floats, Floats, Integers]:
     """Return a grid axis over cell and pad, the nodes in one period, and each node's among them."""
     count = max(4, math.ceil(period / spacing))
     beyond = math.ceil(pad / (period / count)) if pad else 0
     numbers = np.arange(-beyond, count + beyond + 1)
     step = period / count
-    return numbers * step, np.arange(count) * step, np.mod(numbers, count)
+    whole = np.asarray(np.mod(numbers, count), dtype=np.int64)
+    return np.asarray(numbers * step), np.asarray(np.arange(count) * step), whole
 
 
 def _require_positive(name: str, value: float) -> None:

@@ -271,7 +271,7 @@ class _Wrap:
 
     def vector(self, vector: Floats, numbers: Integers) -> Floats:
         """Return a vector with the entries of images added up."""
-        return np.bincount(numbers, vector)
+        return np.asarray(np.bincount(numbers, vector), dtype=np.float64)
 
     def places(self, places: Floats) -> Floats:
         """Return where the velocity's degrees of freedom sit: one of the images of each."""

@@ -217,8 +217,7 @@ def disordered(
     _require_positive("least_gap", least_gap)
     if not 0.0 < finite_or_nan(porosity) < 1.0:
         raise InputError.of("porosity", "between 0 and 1", porosity, "give the share of fluid")
-    if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
-        raise InputError.of("seed", "a whole number from 0", seed, "choose any")
+    _require_whole("seed", seed, 0)
     count = round((1.0 - porosity) * length * width / (math.pi * radius**2))
     _require_count("porosity", count)
     generator = np.random.default_rng(seed)
@@ -291,8 +290,7 @@ def _pitch(radius: float, gap: float) -> float:
 
 def _lattice(rows: int, columns: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
     for name, value in (("rows", rows), ("columns", columns)):
-        if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 1:
-            raise InputError.of(name, "a whole number from 1", value, "give how many pillars")
+        _require_whole(name, value, 1)
     _require_count("rows times columns", rows * columns)
     x = (np.arange(columns) + 0.5) * step_x
     y = (np.arange(rows) + 0.25) * step_y  # a column moved by half a pitch stays in the cell
@@ -345,6 +343,11 @@ def _pushed_apart(centres: Floats, size: Floats, apart: float) -> bool:
 def _require_positive(name: str, value: float) -> None:
     if not finite_or_nan(value) > 0:
         raise InputError.of(name, "a positive, finite number", value, "give it in D0")
+
+
+def _require_whole(name: str, value: object, least: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise InputError.of(name, f"a whole number from {least}", value, "leave out the fraction")
 
 
 def _require_even(name: str, value: int) -> None:
