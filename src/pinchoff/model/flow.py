@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
-from pinchoff.support.arguments import checked_number
+from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.errors import InputError
 
 Flow: TypeAlias = _core.Flow
@@ -40,7 +40,7 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     InputError
         A number is not finite, or the radius not positive.
     """
-    radius = checked_number("radius", radius, "give the obstacle's R in D0", low=0.0, above=True)
+    radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     try:
         x, y = center
     except (TypeError, ValueError):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.support import paper_constants as paper
-from pinchoff.support.arguments import checked_number
+from pinchoff.support.arguments import checked_positive
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class ThinningHistory:
         speed_mm_s : float
             At which the neck's thickness falls, mm/s.
         """
-        speed = checked_number("speed_mm_s", speed_mm_s, "use 4.2", low=0.0, above=True)
+        speed = checked_positive("speed_mm_s", speed_mm_s, "use 4.2")
         end = self.breakup_time_s + float(self.necks_um[-1]) * 1e-3 / speed
         times = np.append(self.times_s, end)
         return ThinningHistory(times, np.append(self.necks_um, 0.0), end)
@@ -96,7 +96,7 @@ def last_frame_necks(
     ndarray, shape (m,)
         µm; NaN where the history begins later.
     """
-    rate = checked_number("frame_rate", frame_rate, "use 60", low=0.0, above=True)
+    rate = checked_positive("frame_rate", frame_rate, "use 60")
     shares = (np.arange(200) + 0.5) / 200 if phases is None else np.asarray(phases, float)
     moments = history.breakup_time_s - shares / rate
     return np.asarray(np.interp(moments, history.times_s, history.necks_um, left=math.nan))

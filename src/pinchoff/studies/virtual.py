@@ -110,7 +110,7 @@ def virtual_experiment(
     InputError
         An argument is wrong.
     """
-    checked_whole("seed", seed, "use 1", low=0, high=2**63 - 1)
+    checked_whole("seed", seed, "use 1", low=0)
     n = checked_whole("n", n, f"use {paper.COLLISION_COUNT}", low=1, high=10_000_000)
     if outcomes not in get_args(Outcomes):
         raise InputError.of("outcomes", "'law' or 'engine'", outcomes, "use 'law'")

@@ -89,8 +89,26 @@ def checked_number(
     raise InputError.of(argument, number_rule(low, high, above=above), value, advice)
 
 
-def checked_whole(argument: str, value: object, advice: str, *, low: int, high: int) -> int:
-    """Return a whole number from `low` to `high`.
+def checked_positive(argument: str, value: object, advice: str) -> float:
+    """Return a positive, finite number as a float.
+
+    Raises
+    ------
+    InputError
+        It is none.
+
+    Examples
+    --------
+    >>> checked_positive("frame_rate", 60, "use 60")
+    60.0
+    """
+    return checked_number(argument, value, advice, low=0.0, above=True)
+
+
+def checked_whole(
+    argument: str, value: object, advice: str, *, low: int, high: int | None = None
+) -> int:
+    """Return a whole number from `low` to `high`, which it may be.
 
     Raises
     ------
@@ -102,14 +120,12 @@ def checked_whole(argument: str, value: object, advice: str, *, low: int, high: 
     >>> checked_whole("scan", 24, "use 24", low=4, high=100)
     24
     """
-    if (
-        isinstance(value, (int, np.integer))
-        and not isinstance(value, bool)
-        and low <= value <= high
-    ):
-        return int(value)
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+        if low <= value and (high is None or value <= high):
+            return int(value)
     got = "nothing" if value is None else value
-    raise InputError.of(argument, f"a whole number from {low} to {high}", got, advice)
+    limits = f", {low} or more" if high is None else f" from {low} to {high}"
+    raise InputError.of(argument, f"a whole number{limits}", got, advice)
 
 
 def checked_confidence(confidence: object) -> float:
