@@ -32,7 +32,7 @@ struct Stiffness {
 inline Stiffness stiffness(const Ring& ring, double perimeter) {
     const double vertex_mass = ring.mass / ring.count;
     const double l = ring.rest_length;
-    return {4.0 * (ring.edge_spring + ring.line_tension / l) / vertex_mass,
+    return {4.0 * (ring.edge_spring + ring.constants.line_tension / l) / vertex_mass,
             4.0 * ring.wall_stiffness / (l * l) / vertex_mass,
             ring.area_stiffness * perimeter * perimeter / ring.mass};
 }

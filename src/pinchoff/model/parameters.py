@@ -456,7 +456,7 @@ class Parameters(Checked):
         """
         from pinchoff import _core
 
-        row = np.array([number(self) for number in _core_numbers()], dtype=np.float64)
+        row = np.array([number(self) for number in core_numbers()], dtype=np.float64)
         position = _core.MODEL_FIELDS.index("time_step")
         if self.time_step == "auto":
             # A whole number of steps a sample, so that samples fall on round times.
@@ -486,7 +486,7 @@ Parameters.__doc__ = documented(Parameters.__doc__, PARAMETERS)
 
 
 @functools.cache
-def _core_numbers() -> tuple[CoreNumber, ...]:
+def core_numbers() -> tuple[CoreNumber, ...]:
     """Return what fills each place of the core's row."""
     from pinchoff import _core
 
