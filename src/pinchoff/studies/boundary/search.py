@@ -123,8 +123,8 @@ class Boundary:
 
     def __repr__(self) -> str:
         counts = self.table["status"].value_counts()
-        said = ", ".join(f"{count} {status}" for status, count in counts.items())
-        return f"<Boundary of {len(self.table)} points: {said}; {len(self.runs)} runs>"
+        statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
+        return f"<Boundary of {len(self.table)} points: {statuses}; {len(self.runs)} runs>"
 
 
 def boundary(

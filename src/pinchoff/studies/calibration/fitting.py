@@ -123,9 +123,9 @@ class Calibration:
         }
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.changes.items())
+        constants = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.changes.items())
         return (
-            f"<Calibration to {self.target.name}: {said}; {self.target.objective_name} "
+            f"<Calibration to {self.target.name}: {constants}; {self.target.objective_name} "
             f"{self.best.objective:.4g}>"
         )
 
@@ -272,7 +272,7 @@ def _search(
     result = minimize(
         objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
     )
-    return min(found, key=lambda each: each.objective), bool(result.success)
+    return min(found, key=lambda evaluation: evaluation.objective), bool(result.success)
 
 
 def _base(target: Target, base: object) -> Parameters:
@@ -375,7 +375,12 @@ def _evaluations_table(trials: Trials) -> pd.DataFrame:
     import pandas as pd
 
     rows = [
-        {**each.changes, "objective": each.objective, "runs": each.runs, "failed": each.failed_runs}
-        for each in trials
+        {
+            **evaluation.changes,
+            "objective": evaluation.objective,
+            "runs": evaluation.runs,
+            "failed": evaluation.failed_runs,
+        }
+        for evaluation in trials
     ]
     return pd.DataFrame(rows)

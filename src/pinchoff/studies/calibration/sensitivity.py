@@ -125,7 +125,7 @@ def _ends(name: str, model: Parameters) -> tuple[float, float]:
     value = getattr(model, name)
     if name == "vertex_count":
         steps = (value / _VERTEX_STEP, value * _VERTEX_STEP)
-        ends = [_VERTEX_MULTIPLE * round(each / _VERTEX_MULTIPLE) for each in steps]
+        ends = [_VERTEX_MULTIPLE * round(value / _VERTEX_MULTIPLE) for value in steps]
     else:
         ends = [value / _STEP, value * _STEP]
     return _allowed(name, ends[0], model), _allowed(name, ends[1], model)

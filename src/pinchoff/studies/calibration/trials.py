@@ -66,7 +66,9 @@ class Evaluation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as it is written: NaN as None."""
-        critical = [None if math.isnan(each) else each for each in self.critical_symmetry]
+        critical = [
+            None if math.isnan(symmetry) else symmetry for symmetry in self.critical_symmetry
+        ]
         return {
             "changes": dict(self.changes),
             "objective": self.objective,
@@ -219,7 +221,7 @@ class Trials:
                 str(path), "evaluations of the same calibration", difference, advice
             )
         self._lines = lines
-        self._known = {_key(each.changes): each for each in evaluations}
+        self._known = {_key(evaluation.changes): evaluation for evaluation in evaluations}
 
     def _save(self) -> None:
         if self._path is None:
@@ -230,7 +232,7 @@ class Trials:
         except OSError as error:
             raise PinchoffError(
                 f"{self._path.parent} must be a folder that can be written to; got "
-                f"'{error.strerror}'; make room and give the same command again: what is there "
+                f"'{error.strerror}'; make room and start again: what is there "
                 "stays"
             ) from error
 
@@ -244,7 +246,9 @@ def _key(changes: Mapping[str, float]) -> str:
 
 
 def _evaluation(content: Mapping[str, Any]) -> Evaluation:
-    critical = [math.nan if each is None else each for each in content["critical_symmetry"]]
+    critical = [
+        math.nan if symmetry is None else symmetry for symmetry in content["critical_symmetry"]
+    ]
     return Evaluation(
         content["changes"],
         content["objective"],
