@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from pinchoff.collisions.importing import ImportedCollisions
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"
 LAWS = "laws.csv"
@@ -126,7 +126,7 @@ def fit(
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
-    from pinchoff.fits.study import study_law
+    from pinchoff.fits.law_study import study_law
 
     samples = options["samples"]
     assert isinstance(samples, int)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.results import Collision
 
 _TABLE = (
     "outcome",

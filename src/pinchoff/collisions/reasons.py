@@ -1,6 +1,6 @@
 """Why a collision is not used, each reason in one place.
 
-Those of a guard that stopped a run are in `pinchoff.model.outcomes`, those of a film in
+Those of a guard that stopped a run are in `pinchoff.model.results`, those of a film in
 `pinchoff.video.encounters`.
 """
 

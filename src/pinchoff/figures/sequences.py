@@ -14,8 +14,8 @@ from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, d
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
+    from pinchoff.model.results import Collision
 
 TRAVEL_UM = 400.0
 """Way of the fluid between the two images of a pair, as in the paper, µm."""

@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.results import Collision
 
 Floats = NDArray[np.float64]
 

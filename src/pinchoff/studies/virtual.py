@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.collisions.law import (
     PAPER_EXPERIMENT_LINE,
     Line,
@@ -20,7 +21,6 @@ from pinchoff.collisions.law import (
     breakup_probability,
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
-from pinchoff.collisions.segments import symmetry_of_impact
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.errors import InputError

@@ -121,8 +121,9 @@ def checked_whole(
     24
     """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if whole and low <= int(value) and (high is None or int(value) <= high):
-        return int(value)
+    number = int(value) if whole else low - 1  # type: ignore[call-overload]
+    if number >= low and (high is None or number <= high):
+        return int(number)
     got = "nothing" if value is None else value
     limits = f", {low} or more" if high is None else f" from {low} to {high}"
     raise InputError.of(argument, f"a whole number{limits}", got, advice)

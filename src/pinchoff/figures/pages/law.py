@@ -14,7 +14,7 @@ from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
     from pinchoff.figures.page import Picture
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.fits.law_study import LawStudy
     from pinchoff.support.interval import Estimate
 
 PAPER = {

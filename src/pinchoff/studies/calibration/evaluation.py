@@ -50,7 +50,7 @@ class Evaluation:
     objective : float
         Its distance from the target, as the target defines it.
     critical_symmetry : ndarray, shape (n,)
-        S_c at each place; above 1 where not even a head-on droplet breaks, see `effective`.
+        S_c at each place; above 1 where not even a head-on droplet breaks, see `critical_symmetry_of`.
     status : tuple of n str
         As in `pinchoff.studies.boundary.bracketing.STATUSES`, or `REFUSED`.
     runs, failed_runs : int
@@ -79,7 +79,7 @@ class Evaluation:
         }
 
 
-def effective(runs: pd.DataFrame, neck_thickness: float) -> float:
+def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
     """Return one critical symmetry for the runs of one point, whatever its status.
 
     It is the middle between the smallest S that broke and the next smaller one that did not (0
@@ -101,7 +101,7 @@ def effective(runs: pd.DataFrame, neck_thickness: float) -> float:
     return max(LEAST_SYMMETRY, middle)
 
 
-class Trials:
+class Evaluator:
     """Evaluates constants, and remembers what it evaluated.
 
     Parameters
@@ -194,7 +194,10 @@ class Trials:
                 **self._options,
             )
         critical = np.array(
-            [effective(runs, model.neck_thickness) for _, runs in line.runs.groupby("point")]
+            [
+                critical_symmetry_of(runs, model.neck_thickness)
+                for _, runs in line.runs.groupby("point")
+            ]
         )
         decided = bool(np.isfinite(critical).all())
         return Evaluation(
