@@ -19,7 +19,7 @@ from pinchoff.chamber.cell_mesh import build_cell_mesh
 from pinchoff.chamber.mesh import Floats, Integers
 from pinchoff.model import flow as flows
 from pinchoff.model.arrays import PillarArray
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_number, checked_positive, finite_or_nan
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -116,9 +116,8 @@ class ArrayFlow:
             narrowest = max(self.array.least_gap, _NARROWEST) / _NODES_PER_GAP
             finest = self.array.circles[:, 2].min() / _NODES_PER_RADIUS
             spacing = float(min(narrowest, finest, layer / _NODES_PER_LAYER))
-        _require_positive("spacing", spacing)
-        if not finite_or_nan(pad) >= 0:
-            raise InputError.of("pad", "a finite number from 0", pad, "give it in D0")
+        spacing = checked_positive("spacing", spacing, "give it in D0")
+        pad = checked_number("pad", pad, "give it in D0", low=0.0)
         x, x_inner, x_nodes = _axis(self.array.length, pad, spacing)
         y, y_inner, y_nodes = _axis(self.array.width, pad, spacing)
         if x.size * y.size > _MOST_NODES:
@@ -190,9 +189,8 @@ def array_flow(
         raise InputError.of("mean_speed", "alone", got, "leave one of them out")
     for name, value in (("mean_speed", mean_speed), ("pressure_gradient", pressure_gradient)):
         if value is not None:
-            _require_positive(name, value)
-    if not 3.0 <= finite_or_nan(elements) <= 64.0:
-        raise InputError.of("elements", "from 3 to 64", elements, "leave it out for 6")
+            checked_positive(name, value, "leave it out for a mean speed of 1")
+    elements = checked_number("elements", elements, "leave it out for 6", low=3.0, high=64.0)
     mesh = build_cell_mesh(array, elements)
     field = solve(mesh, thickness, pressure_gradient=(-1.0, 0.0), tolerance=_TOLERANCE, show=show)
     unit = ArrayFlow(array, thickness, 1.0, field)
@@ -241,8 +239,3 @@ def _axis(period: float, pad: float, spacing: float) -> tuple[Floats, Floats, In
     step = period / count
     whole = np.asarray(np.mod(numbers, count), dtype=np.int64)
     return np.asarray(numbers * step), np.asarray(np.arange(count) * step), whole
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not finite_or_nan(value) > 0:
-        raise InputError.of(name, "a positive, finite number", value, "mend it")

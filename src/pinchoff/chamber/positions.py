@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import finite_or_nan
 from pinchoff.support.errors import InputError
+from pinchoff.support.paper_constants import PIXEL_SIZE_UM
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.design import Chamber
-
-PAPER_PIXEL_SIZE_UM = 5.28
-"""Of the paper's camera [section 2], µm."""
 
 PAPER_FRAME_PX = (640, 512)
 """Width and height of the paper's frames [section 2]."""
@@ -23,7 +21,7 @@ def in_frame(
     chamber: Chamber,
     *,
     centre_um: tuple[float, float] | None = None,
-    pixel_size_um: float = PAPER_PIXEL_SIZE_UM,
+    pixel_size_um: float = PIXEL_SIZE_UM,
     frame_px: tuple[int, int] = PAPER_FRAME_PX,
 ) -> pd.DataFrame:
     """Return the pillars that a frame shows, where it shows them.

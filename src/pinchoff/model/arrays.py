@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_positive, checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ class PillarArray:
         if circles.ndim != 2 or circles.shape[1] != 3 or not len(circles):
             advice = "give one row of x, y and radius for each pillar"
             raise InputError.of("circles", "of shape (M, 3)", f"shape {circles.shape}", advice)
-        _require_positive("length", self.length)
-        _require_positive("width", self.width)
+        checked_positive("length", self.length, "give it in D0")
+        checked_positive("width", self.width, "give it in D0")
         if not np.isfinite(circles).all() or not (circles[:, 2] > 0).all():
             worst = int(np.flatnonzero(~np.isfinite(circles).all(1) | ~(circles[:, 2] > 0))[0])
             rule = "finite, with positive radii"
@@ -105,14 +105,14 @@ class PillarArray:
         before, behind : float
             Length of free fluid added along x, D0.
         """
-        _require_positive("before", before)
-        _require_positive("behind", behind)
+        checked_positive("before", before, "give it in D0")
+        checked_positive("behind", behind, "give it in D0")
         moved = self.circles + np.array([before, 0.0, 0.0])
         return PillarArray(moved, self.length + before + behind, self.width)
 
     def scaled(self, factor: float) -> PillarArray:
         """Return the array with every length multiplied, such as 1/D0 for one in µm."""
-        _require_positive("factor", factor)
+        checked_positive("factor", factor, "give it in D0")
         return PillarArray(self.circles * factor, self.length * factor, self.width * factor)
 
 
@@ -213,11 +213,11 @@ def disordered(
     (24, True)
     """
     for name, value in (("length", length), ("width", width), ("radius", radius)):
-        _require_positive(name, value)
-    _require_positive("least_gap", least_gap)
+        checked_positive(name, value, "give it in D0")
+    checked_positive("least_gap", least_gap, "give it in D0")
     if not 0.0 < finite_or_nan(porosity) < 1.0:
         raise InputError.of("porosity", "between 0 and 1", porosity, "give the share of fluid")
-    _require_whole("seed", seed, 0)
+    checked_whole("seed", seed, "use 0", low=0)
     count = round((1.0 - porosity) * length * width / (math.pi * radius**2))
     _require_count("porosity", count)
     generator = np.random.default_rng(seed)
@@ -283,14 +283,14 @@ def _gaps(circles: Floats, length: float, width: float) -> Floats:
 
 
 def _pitch(radius: float, gap: float) -> float:
-    _require_positive("radius", radius)
-    _require_positive("gap", gap)
+    checked_positive("radius", radius, "give it in D0")
+    checked_positive("gap", gap, "give it in D0")
     return 2.0 * radius + gap
 
 
 def _lattice(rows: int, columns: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
     for name, value in (("rows", rows), ("columns", columns)):
-        _require_whole(name, value, 1)
+        checked_whole(name, value, "leave out the fraction", low=1)
     _require_count("rows times columns", rows * columns)
     x = (np.arange(columns) + 0.5) * step_x
     y = (np.arange(rows) + 0.25) * step_y  # a column moved by half a pitch stays in the cell
@@ -338,16 +338,6 @@ def _pushed_apart(centres: Floats, size: Floats, apart: float) -> bool:
         centres %= size
         centres[centres >= size] = 0.0  # what round-off brings to the far edge
     return False
-
-
-def _require_positive(name: str, value: float) -> None:
-    if not finite_or_nan(value) > 0:
-        raise InputError.of(name, "a positive, finite number", value, "give it in D0")
-
-
-def _require_whole(name: str, value: object, least: int) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise InputError.of(name, f"a whole number from {least}", value, "leave out the fraction")
 
 
 def _require_even(name: str, value: int) -> None:

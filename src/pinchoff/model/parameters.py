@@ -22,8 +22,8 @@ from pinchoff.model.presets import preset_constants, preset_description, preset_
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
+from pinchoff.support.paper_constants import CA_PER_CA_SIM, NECK_SEPARATION, NECK_THICKNESS
 from pinchoff.support.quantities import (
-    CA_PER_CA_SIM,
     PhysicalScale,
     blaming_quantities,
     groups_of_scale,
@@ -193,7 +193,7 @@ class Parameters(Checked):
         note="A droplet that has not left the obstacle behind by then counts as captured.",
     )
     neck_thickness: Number = parameter(
-        0.167,
+        NECK_THICKNESS,
         "the thickness below which a neck breaks",
         symbol="d_min-neck",
         unit="D0",
@@ -203,7 +203,7 @@ class Parameters(Checked):
         column="neck_thickness_limit",  # neck_thickness is what is measured
     )
     neck_separation: Number = parameter(
-        0.28,
+        NECK_SEPARATION,
         "the shortest arc between the two sides of a neck",
         symbol="d_min-sep",
         unit="1 or D0",
