@@ -17,6 +17,7 @@ from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
+from pinchoff.cli.examples import examples
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.options import RENAMED
@@ -42,6 +43,7 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 _COMMANDS = {
+    "Begin": (examples,),
     "Simulate": (run, sweep, summary, boundary, calibrate),
     "Measure": (video, compare, film),
     "The break-up law": (fit, virtual),

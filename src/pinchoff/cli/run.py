@@ -212,5 +212,5 @@ def _draw(outlines: Outlines, out: Path, movie: bool) -> None:
     if movie:
         from pinchoff.figures.movie import write_movie
 
-        with progress_bar(sys.stderr.isatty(), "movie", len(outlines), unit="frames") as show:
+        with progress_bar(sys.stderr.isatty(), "movie", None, unit="frames") as show:
             write_movie(out / MOVIE, outlines, progress=show)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _LABELS = {
     "edge_stiffness": r"edge stiffness $\tilde{k}_l$",
     "neck_separation": "arc threshold",
-    "neck_thickness": "neck thickness / $D_0$",
+    "neck_thickness": "neck thickness ($D_0$)",
     "line_tension": r"line tension $\tilde{\gamma}$",
 }
 _START = palette.VERMILION

@@ -13,11 +13,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from pinchoff.model.outlines import Outline, Outlines
 from pinchoff.support import palette
 
 _SCALE_BAR_SHARE = 0.2  # of the window's width, about
+_POINTS_AN_EDGE = 8  # of a smooth outline
+
+Floats = NDArray[np.float64]
 
 
 class Window(NamedTuple):
@@ -80,9 +85,9 @@ def draw_chamber(axes: Axes, outlines: Outlines, window: Window) -> None:
 
 
 def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> PolyCollection:
-    """Draw droplets, pink with a dark rim of the given width [points]."""
+    """Draw droplets, pink with a dark rim of the given width [points], as smooth curves."""
     polygons = PolyCollection(
-        [droplet.vertices for droplet in droplets],
+        [smooth_outline(droplet.vertices) for droplet in droplets],
         facecolors=palette.DROPLET,
         edgecolors=palette.DROPLET_RIM,
         linewidths=rim,
@@ -91,6 +96,30 @@ def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> 
     )
     axes.add_collection(polygons, autolim=False)
     return polygons
+
+
+def smooth_outline(vertices: Floats) -> Floats:
+    """Return points on a smooth closed curve through every vertex of an outline.
+
+    A periodic cubic spline over the length of the polygon. For the eye alone: whatever is measured
+    is measured on the vertices.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (n, 2)
+        [D0]
+
+    Returns
+    -------
+    ndarray, shape (8 n, 2)
+        Every eighth one is a vertex.
+    """
+    closed = np.concatenate([vertices, vertices[:1]])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    curve = CubicSpline(along, closed, bc_type="periodic")
+    share = np.arange(_POINTS_AN_EDGE) / _POINTS_AN_EDGE
+    places = along[:-1, None] + share * np.diff(along)[:, None]
+    return np.asarray(curve(places.ravel()))
 
 
 def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:
