@@ -50,7 +50,8 @@ class Evaluation:
     objective : float
         Its distance from the target, as the target defines it.
     critical_symmetry : ndarray, shape (n,)
-        S_c at each place; above 1 where not even a head-on droplet breaks, see `critical_symmetry_of`.
+        S_c at each place; above 1 where not even a head-on droplet breaks, see
+        `critical_symmetry_of`.
     status : tuple of n str
         As in `pinchoff.studies.boundary.bracketing.STATUSES`, or `REFUSED`.
     runs, failed_runs : int
