@@ -71,18 +71,14 @@ def landscape(
         Their values, shapes (nx,) and (ny,).
     """
     x, y = grid
-    objective = np.array(
-        [
-            [
-                evaluator({**best.changes, names[0]: float(a), names[1]: float(b)}).objective
-                for a in x
-            ]
-            for b in y
-        ]
-    )
+
+    def objective(*values: float) -> float:
+        return evaluator({**best.changes, **dict(zip(names, values, strict=True))}).objective
+
+    surface = np.array([[objective(a, b) for a in x.tolist()] for b in y.tolist()])
     model = evaluator.parameters(best.changes)
     place = (float(getattr(model, names[0])), float(getattr(model, names[1])))
-    return Landscape(names, x, y, objective, place)
+    return Landscape(names, x, y, surface, place)
 
 
 def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
