@@ -2,6 +2,7 @@
 
 import doctest
 import importlib
+import inspect
 import pkgutil
 
 import pytest
@@ -11,6 +12,15 @@ import pinchoff
 MODULES = sorted(
     module.name for module in pkgutil.walk_packages(pinchoff.__path__, prefix="pinchoff.")
 )
+
+
+FUNCTIONS = [name for name in pinchoff.__all__ if inspect.isfunction(getattr(pinchoff, name))]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_public_function_shows_its_use(name):
+    documentation = inspect.getdoc(getattr(pinchoff, name))
+    assert "Examples\n--------\n>>> " in documentation
 
 
 @pytest.mark.parametrize("name", ["pinchoff", *MODULES])

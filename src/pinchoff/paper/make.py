@@ -125,6 +125,11 @@ def reproduce(
     ------
     InputError
         There is no such item, or the folder holds a reproduction with other settings.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> made = po.reproduce("paper", only=["construction"], quick=True)  # doctest: +SKIP
     """
     wanted = _wanted(only)
     folder = Path(out)

@@ -107,6 +107,12 @@ def measure_videos(
     ------
     InputError
         There are no clips, or two have the same name.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> settings = po.VideoSettings(pixel_size_um=5.28)
+    >>> found = po.measure_videos(["clip.mp4"], "measured", settings)  # doctest: +SKIP
     """
     require_video_extra("video")
     sources = clip_sources(clips)
