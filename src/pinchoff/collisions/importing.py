@@ -119,6 +119,17 @@ def import_collisions(
     InputError
         The source cannot be read; a name or unit is wrong; there is no outcome, no symmetry, or
         nothing that gives Ca, Ã or z̃.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> notes = pd.DataFrame({"S": [0.4, 0.9], "broke": ["no", "yes"], "area_mm2": [0.02, 0.18],
+    ...                       "speed_um_s": [500, 2000]})
+    >>> constants = {"obstacle_radius": "85 um", "thickness": "85 um", "viscosity": "48 mPa s",
+    ...              "surface_tension": "20 mN/m"}
+    >>> table = import_collisions(notes, columns={"symmetry": "S"}, constants=constants).table
+    >>> table["capillary_number"].tolist()
+    [0.0012, 0.0048]
     """
     frame, name = _frame(source)
     places = find_columns(frame, columns or {}, units or {})

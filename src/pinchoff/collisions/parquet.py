@@ -203,6 +203,13 @@ def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:
     ------
     InputError
         There is none, or it is not a collisions table.
+
+    Examples
+    --------
+    >>> from pinchoff import sweep
+    >>> folder = sweep({"vary": {"offset": [0.02, 0.3]}}, "sweep").path
+    >>> read_collisions(folder)["outcome"].tolist()
+    ['broke', 'slipped']
     """
     dataset = open_collisions(path)
     frame: pd.DataFrame = dataset.to_table().to_pandas()

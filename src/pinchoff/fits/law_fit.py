@@ -306,6 +306,13 @@ def fit_law(
     -----
     UserWarning
         Rows were set aside, or there are so few that the intervals are wide.
+
+    Examples
+    --------
+    >>> from pinchoff import virtual_experiment
+    >>> law = fit_law(virtual_experiment(seed=1, n=2000))
+    >>> f"alpha = {law.alpha.value:.2f}, beta = {law.beta.value:.2f}, w = {law.w.value:.2f}"
+    'alpha = 0.08, beta = -0.76, w = 0.17'
     """
     confidence = checked_confidence(confidence)
     advice = "use 0.088, or 0 for none"

@@ -66,6 +66,17 @@ def term_forces(parameters: Parameters, outline: ArrayLike) -> dict[str, NDArray
     ------
     InputError
         The outline is not such an array.
+
+    Examples
+    --------
+    On a circle the line tension pulls every vertex to the centre with γ times the edge's angle:
+
+    >>> import numpy as np
+    >>> t = np.linspace(0, 2 * np.pi, 64, endpoint=False)
+    >>> circle = np.column_stack([np.cos(t) - 4, np.sin(t)]) / 2
+    >>> force = term_forces(Parameters(), circle)["line_tension"]
+    >>> bool(np.allclose(np.hypot(*force.T), 2 * 80 * np.sin(np.pi / 64)))
+    True
     """
     forces: dict[str, NDArray[np.float64]] = _core.term_forces(
         parameters.model_row(), *_scene(parameters, outline)

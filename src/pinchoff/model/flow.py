@@ -39,6 +39,13 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     ------
     InputError
         A number is not finite, or the radius not positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> stokes(0.2).velocity(np.array([[0.2, 0.0], [0.0, 5.0]])).round(2) + 0.0
+    array([[0.  , 0.  ],
+           [3.72, 0.  ]])
     """
     radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     try:
@@ -63,6 +70,12 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
     ------
     InputError
         A component is not finite.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> uniform(1.0, 0.5).velocity(np.array([[3.0, 4.0]]))
+    array([[1. , 0.5]])
     """
     return _core.UniformFlow(checked_number("vx", vx, _ADVICE), checked_number("vy", vy, _ADVICE))
 
@@ -87,6 +100,17 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
     InputError
         An axis is not ascending, regular and long enough; an array has the wrong shape; or a
         number is not finite.
+
+    Examples
+    --------
+    A flow that spreads, from its values on a grid:
+
+    >>> import numpy as np
+    >>> nodes = np.linspace(-2.0, 2.0, 41)
+    >>> x, y = np.meshgrid(nodes, nodes)
+    >>> spreading = sampled(nodes, nodes, 1.0 - 0.1 * x, 0.1 * y)
+    >>> spreading.velocity(np.array([[0.5, -1.0]])).round(3)
+    array([[ 0.95, -0.1 ]])
     """
     x_nodes, y_nodes = _axis("x", x), _axis("y", y)
     shape = (y_nodes.size, x_nodes.size)

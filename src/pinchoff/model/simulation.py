@@ -96,6 +96,12 @@ def simulate(
     -----
     UserWarning
         There are several obstacles and no flow: the Stokes flow knows the first only.
+
+    Examples
+    --------
+    >>> collision = simulate(Parameters(simulation_capillary_number=30, offset=0.02))
+    >>> collision.outcome, round(collision.symmetry, 1), collision.droplet_count
+    ('broke', 0.9, 2)
     """
     _require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
@@ -197,6 +203,14 @@ def simulate_many(
     -----
     RuntimeWarning
         Guards stopped some of the runs; says how many.
+
+    Examples
+    --------
+    >>> table = simulate_many(Parameters(offset=y) for y in (0.02, 0.3))
+    >>> table["outcome"].tolist()
+    ['broke', 'slipped']
+    >>> table.attrs["units"]["contact_time"]
+    't0'
     """
     from pinchoff.collisions import schema
 

@@ -125,6 +125,14 @@ def reproduce(
     ------
     InputError
         There is no such item, or the folder holds a reproduction with other settings.
+
+    Examples
+    --------
+    The figure of the daughters' areas alone, from few simulations:
+
+    >>> made = reproduce("paper", only=["6"], quick=True)
+    >>> sorted(path.name for path in made.path.glob("figure_*.png"))
+    ['figure_6.png']
     """
     wanted = _wanted(only)
     folder = Path(out)

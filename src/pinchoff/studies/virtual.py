@@ -109,6 +109,14 @@ def virtual_experiment(
     ------
     InputError
         An argument is wrong.
+
+    Examples
+    --------
+    >>> table = virtual_experiment(seed=1, n=1000)
+    >>> len(table), bool(table["symmetry"].between(0, 1).all())
+    (1000, True)
+    >>> table["source"].unique().tolist()
+    ['synthetic, by law']
     """
     checked_whole("seed", seed, "use 1", low=0)
     n = checked_whole("n", n, f"use {paper.COLLISION_COUNT}", low=1, high=10_000_000)

@@ -107,6 +107,26 @@ def measure_videos(
     ------
     InputError
         There are no clips, or two have the same name.
+
+    Examples
+    --------
+    A clip that the microscope draws, of one collision that breaks a droplet:
+
+    >>> from pinchoff import Parameters, VideoSettings, microscope
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> camera = microscope.Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = microscope.passage_of(
+    ...     Parameters(simulation_capillary_number=25, offset=0.02), camera, laboratory
+    ... )
+    >>> scene, frame_count = microscope.lane_scene([run], camera)
+    >>> clip = microscope.film(scene, "film.mp4", frame_count, microscope=camera).clip
+    >>> settings = VideoSettings(pixel_size_um=camera.pixel_size_um, laboratory=laboratory)
+    >>> measured = measure_videos([clip], "measured", settings, overlay=False, processes=1)
+    >>> measured.collisions["broke"].tolist()
+    [True]
     """
     require_video_extra("video")
     sources = clip_sources(clips)
