@@ -49,6 +49,13 @@ def in_frame(
     ------
     InputError
         A size is not positive, or a number not finite.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> pillars = in_frame(Chamber(), pixel_size_um=5.28, frame_px=(640, 512))
+    >>> len(pillars), set(pillars["obstacle_radius_um"])
+    (10, {85.0})
     """
     if not finite_or_nan(pixel_size_um) > 0:
         advice = "give the size of a pixel in µm"

@@ -61,6 +61,15 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     -------
     list of Violation
         Empty for a layout that can be made.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> check_rules(Chamber())
+    []
+    >>> narrow = Chamber(rules={"on_violation": "warn"}, junction={"orifice_width_um": 18})
+    >>> print(*check_rules(narrow))
+    gap at (5774, 0) µm: the fluid is narrower than 21.25 µm
     """
     layout = chamber.layout if layout is None else layout
     gap, wall = chamber.least_gap_um, chamber.least_wall_um
