@@ -1,0 +1,772 @@
+// @ts-check
+// The page: what the user does, the collision that follows, and all that shows it.
+import { forgetColours, surface } from "./canvas.js";
+import { Diagram } from "./diagram.js";
+import { Engine, outcomeOf } from "./engine.js";
+import { Newest, prepareWorkers, runAll } from "./jobs.js";
+import { fragmentOf, MOST_LINKED, readFragment } from "./link.js";
+import { OwnData } from "./own.js";
+import { Model, QUANTITIES, rounded, shown } from "./parameters.js";
+import { MOST_POINTS, Points } from "./points.js";
+import { Scene } from "./scene.js";
+import { Tour } from "./tour.js";
+import { Traces } from "./traces.js";
+import { ParameterForm, QuantityForm, SliderRow } from "./controls.js";
+import { copyText, saveBlob, savePng } from "./export.js";
+
+/** @typedef {import("./engine.js").Run} Run @typedef {import("./parameters.js").Values} Values */
+
+const INTERVAL = 0.02; // between two recorded outlines, t0
+const WORDS = { broke: "breaks", slipped: "slips past", captured: "is caught", failed: "stopped" };
+
+/** @param {string} id @returns {any} */
+const byId = (id) => document.getElementById(id);
+const facts = JSON.parse(byId("facts").textContent);
+const model = new Model(facts);
+const QUANTITY_NAMES = QUANTITIES.map(([name]) => name);
+
+/** What the page shows: everything else follows from it. */
+const state = {
+  values: model.defaults(),
+  /** @type {import("./parameters.js").Quantities | null} */
+  quantities: null,
+  time: 0,
+  playing: false,
+  map: "",
+};
+
+const scene = new Scene(byId("scene"));
+const traces = new Traces(byId("traces"));
+const diagram = new Diagram(byId("diagram"), facts.lines);
+const points = new Points(model);
+/** @type {Newest} */
+let newest;
+/** @type {Engine | null} for the fluid's velocity */
+let engine = null;
+/** @type {Run | null} */
+let run = null;
+/** @type {import("./points.js").Tried | null} */
+let here = null;
+let refused = "";
+/** @type {(() => void) | null} */
+let cancelMap = null;
+/** @type {string | null} where the time is to be once the run is there */
+let wantedMoment = null;
+let needsDrawing = true;
+
+/** @param {string} message */
+function trouble(message) {
+  byId("trouble").textContent = `The engine could not run here: ${message}. The command and the Python below give the same run.`;
+  byId("trouble").hidden = false;
+}
+
+/** @param {string} text */
+function say(text) {
+  byId("said").textContent = text;
+}
+
+// --- from what was set to the collision
+
+/** Take values, refuse or run them. @param {Values} changes */
+function set(changes) {
+  Object.assign(state.values, changes);
+  if (state.quantities && "offset" in changes) state.quantities.offset = rounded(changes.offset * state.quantities.diameter, 6);
+  if (state.quantities && ("size_ratio" in changes || "simulation_capillary_number" in changes)) {
+    state.quantities = model.quantitiesOf(state.values, state.quantities);
+    Object.assign(state.values, model.ofQuantities(state.quantities));
+  }
+  compute();
+}
+
+/** Take physical quantities, from which the groups follow. @param {Record<string, number>} changes */
+function setQuantities(changes) {
+  state.quantities = { .../** @type {any} */ (state.quantities), ...changes };
+  Object.assign(state.values, model.ofQuantities(/** @type {any} */ (state.quantities)));
+  compute();
+}
+
+function refusal() {
+  for (const { name } of model.parameters) {
+    const text = model.refusal(name, state.values[name]);
+    if (text) return text;
+  }
+  return "";
+}
+
+function compute() {
+  refused = refusal();
+  showControls();
+  if (refused) return showRefusal();
+  const values = { ...state.values };
+  newest.ask({ job: "run", rows: [model.row(values)], interval: INTERVAL }, ({ runs }) => arrived(values, runs[0]));
+}
+
+/** @param {Values} values @param {Run} computed */
+function arrived(values, computed) {
+  if (computed.fault) {
+    refused = faultText(computed.fault, values);
+    return showRefusal();
+  }
+  refused = "";
+  const first = run === null;
+  run = computed;
+  here = points.add(values, computed, false);
+  scene.run = traces.run = computed;
+  scene.radius = 1 / values.size_ratio;
+  scene.offset = values.offset;
+  traces.threshold = values.neck_thickness;
+  engine?.prepare(computed.row);
+  traces.from = Math.max(0, scene.entry);
+  if (wantedMoment !== null) state.time = moment(wantedMoment);
+  else if (first && !state.time) state.time = scene.entry;
+  wantedMoment = null;
+  state.time = Math.min(state.time, endTime());
+  showRefusal();
+  showRun();
+}
+
+/** @param {string} field @param {Values} values */
+function faultText(field, values) {
+  const name = field in state.values ? field : "the model";
+  const p = model.byName[field];
+  return p
+    ? `${name} must be ${p.rule}, and fit the other parameters; got ${values[field]}; give ${p.meaning}`
+    : `${field} must be possible; got a row that the engine refuses; change what you changed last`;
+}
+
+/** Bring S to a value by moving the droplet's start. @param {Values} changes @param {number} symmetry */
+function seek(changes, symmetry) {
+  const values = { ...state.values, ...changes };
+  if (model.parameters.some(({ name }) => model.refusal(name, values[name]))) return;
+  newest.ask({ job: "seek", row: model.row(values), symmetry }, ({ found, newer }) => {
+    if (found.fault || newer) return;
+    set({ ...changes, offset: rounded(found.offset, 4) });
+  });
+}
+
+// --- time
+
+const endTime = () => run?.recording?.times.at(-1) ?? 1;
+
+/** The time of a moment by its name. @param {string} name */
+function moment(name) {
+  if (name === "contact") return run?.contacts[0]?.time ?? scene.entry;
+  if (name === "break-up") return run?.breakups[0] ? run.breakups[0].time + 1e-6 : moment("contact");
+  if (name === "end") return endTime();
+  if (name === "start") return 0;
+  return scene.entry;
+}
+
+/** @param {number} time */
+function goTo(time) {
+  state.time = Math.min(endTime(), Math.max(0, time));
+  needsDrawing = true;
+}
+
+/** @param {boolean} playing */
+function play(playing) {
+  if (playing && state.time >= endTime() - 1e-9) goTo(scene.entry);
+  state.playing = playing;
+  byId("play").textContent = playing ? "❚❚" : "▶";
+  byId("play").setAttribute("aria-label", playing ? "Pause" : "Play");
+}
+
+let lastFrame = 0;
+/** @param {number} now ms */
+function frame(now) {
+  const step = Math.min(0.1, (now - lastFrame) / 1000) * Number(byId("speed").value);
+  lastFrame = now;
+  if (state.playing && run) {
+    goTo(state.time + step);
+    scene.drift(step);
+    if (state.time >= endTime()) play(false);
+  }
+  if (needsDrawing) {
+    needsDrawing = false;
+    draw();
+  }
+  requestAnimationFrame(frame);
+}
+
+function draw() {
+  scene.time = traces.time = state.time;
+  const { quantities } = state;
+  scene.unitWord = quantities ? `D0 = ${shown(quantities.diameter)} µm` : "D0";
+  scene.draw();
+  own.draw(scene.view, state.time - (run?.contacts[0]?.time ?? 0));
+  traces.draw();
+  diagram.points = [...own.points, ...points.all];
+  diagram.here = here;
+  diagram.chosen = own.chosenPoint;
+  diagram.draw();
+  const scrub = byId("scrub");
+  scrub.max = String(endTime());
+  scrub.value = String(state.time);
+  scrub.setAttribute("aria-valuetext", `${shown(state.time)} t0`);
+  byId("clock").textContent = clockText();
+}
+
+function clockText() {
+  const { quantities } = state;
+  if (!quantities) return `t = ${state.time.toFixed(2)} t0`;
+  return `t = ${((state.time * quantities.diameter * 1e-3) / quantities.speed).toFixed(2)} s`;
+}
+
+// --- what is shown of the run
+
+function showRefusal() {
+  const box = byId("refusal");
+  box.hidden = !refused;
+  box.textContent = refused ? `${refused}. The picture is that of the last collision that could be run.` : "";
+}
+
+function showRun() {
+  if (!run || !here) return;
+  const outcome = outcomeOf(run);
+  const badge = byId("outcome");
+  badge.dataset.outcome = outcome;
+  badge.textContent = outcome === "failed" ? "stopped by a guard" : WORDS[outcome];
+  byId("note").textContent = outcome === "failed" ? facts.guards[run.guard] : run.contacts.length ? "" : "no contact";
+  showMarks();
+  showNumbers();
+  showTakeaway();
+  byId("summary").textContent = summary(outcome);
+  const alternative = `Neck, shape parameter and area of the droplets against time. ${summary(outcome)}`;
+  byId("traces").setAttribute("aria-label", alternative);
+  needsDrawing = true;
+  rememberLink();
+}
+
+/** @param {string} outcome */
+function summary(outcome) {
+  const { symmetry, breakup_time: time } = /** @type {Run} */ (run).result;
+  const met = Number.isFinite(symmetry) ? `S = ${shown(symmetry)}, Bk = ${shown(here?.breakupNumber ?? NaN)}` : "no contact";
+  return `The droplet ${outcome === "failed" ? "was stopped by a guard" : WORDS[outcome]}. ${met}.` + (Number.isFinite(time) ? ` It breaks at ${shown(time)} t0.` : "");
+}
+
+function showMarks() {
+  const marks = byId("marks");
+  const named = [
+    ["contact", run?.contacts[0]?.time],
+    ["break-up", run?.breakups[0]?.time],
+  ];
+  marks.replaceChildren();
+  let last = -1;
+  for (const [name, time] of named) {
+    if (typeof time !== "number") continue;
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = String(name);
+    // Two moments close to each other: the words must not lie on each other.
+    const share = Math.min(0.96, Math.max(time / endTime(), last + 0.17));
+    last = share;
+    button.style.left = `${100 * share}%`;
+    button.onclick = () => goTo(moment(String(name)));
+    marks.append(button);
+  }
+}
+
+function showNumbers() {
+  const { result } = /** @type {Run} */ (run);
+  const { groups, breakupNumber } = /** @type {any} */ (here);
+  const q = state.quantities;
+  const time = (/** @type {number} */ t) => (q ? [shown((t * q.diameter * 1e-3) / q.speed), "s"] : [shown(t), "t0"]);
+  const length = (/** @type {number} */ x) => (q ? [shown(x * q.diameter), "µm"] : [shown(x), "D0"]);
+  /** @type {[string, string, string][]} */
+  const rows = [
+    ["S", shown(result.symmetry), ""],
+    ["Bk", shown(breakupNumber), breakupNumber > 1 ? "above the line" : breakupNumber <= 1 ? "below the line" : ""],
+    ["Ca", shown(groups.capillary), ""],
+    ["Ca Ã z̃", shown(groups.strength), `Ã = ${shown(groups.area)}`],
+    ["impact b", .../** @type {[string, string]} */ (length(result.impact_parameter))],
+    ["contact", .../** @type {[string, string]} */ (time(result.contact_time))],
+    ["break-up", .../** @type {[string, string]} */ (time(result.breakup_time))],
+    ["A1/A2", shown(result.small_daughter_area / result.large_daughter_area), result.droplet_count > 2 ? `${result.droplet_count} droplets` : ""],
+    ["thinnest neck", .../** @type {[string, string]} */ (length(Number.isFinite(result.minimum_neck) ? result.minimum_neck : NaN))],
+    ["largest 𝒜", shown(result.maximum_shape_parameter), ""],
+    ["Ca_sim", shown(state.values.simulation_capillary_number), ""],
+    ["D0/R", shown(state.values.size_ratio), ""],
+  ];
+  byId("numbers").replaceChildren(...rows.map(([name, value, unit]) => {
+    const box = document.createElement("div");
+    const dt = document.createElement("dt");
+    const dd = document.createElement("dd");
+    const small = document.createElement("small");
+    dt.textContent = name;
+    dd.textContent = `${value} `;
+    small.textContent = value === "–" ? "" : unit;
+    dd.append(small);
+    box.append(dt, dd);
+    return box;
+  }));
+  const steps = shown(result.steps);
+  byId("footer").textContent = `pinchoff ${facts.version} · this collision: ${steps} steps, computed in ${/** @type {Run} */ (run).milliseconds.toFixed(0)} ms here`;
+}
+
+function showTakeaway() {
+  byId("command").textContent = model.command(state.values, state.quantities);
+  byId("python").textContent = model.python(state.values, state.quantities);
+}
+
+// --- controls
+
+const sliders = new SliderRow(byId("sliders"), model, set, setQuantities);
+const parameterForm = new ParameterForm(byId("parameters"), model, set);
+const quantityForm = new QuantityForm(byId("physical"), setQuantities);
+
+function showControls() {
+  sliders.show(state.values, state.quantities);
+  parameterForm.show(state.values);
+  quantityForm.show(state.quantities);
+  const physical = state.quantities !== null;
+  byId("units").setAttribute("aria-pressed", String(physical));
+  byId("physical-card").hidden = !physical;
+}
+
+byId("units").onclick = () => {
+  if (state.quantities) state.quantities = null;
+  else {
+    state.quantities = model.quantitiesOf(state.values, facts.laboratory);
+    Object.assign(state.values, model.ofQuantities(state.quantities));
+    byId("physical-card").open = true;
+  }
+  compute();
+};
+
+/** @param {HTMLSelectElement} select @param {string[][]} options value and text */
+function fill(select, options) {
+  select.replaceChildren(...options.map(([value, text]) => new Option(text, value)));
+}
+
+fill(byId("example"), [["", "choose …"], ...facts.examples.map((/** @type {any} */ e, /** @type {number} */ k) => [String(k), e.title])]);
+byId("example").onchange = () => {
+  const example = facts.examples[byId("example").value];
+  if (example) present(example.values, example.at);
+};
+
+fill(byId("preset"), facts.presets.map((/** @type {any} */ p) => [p.name, p.name]));
+byId("preset").onchange = () => {
+  const preset = facts.presets.find((/** @type {any} */ p) => p.name === byId("preset").value);
+  byId("preset-word").textContent = preset.description;
+  const { size_ratio, simulation_capillary_number, offset } = state.values;
+  state.values = { ...model.defaults(), size_ratio, simulation_capillary_number, offset, ...preset.constants };
+  compute();
+};
+
+const modelChoices = model.byName.model?.choices ?? [];
+if (modelChoices.length) {
+  byId("model-pick").hidden = false;
+  fill(byId("model"), modelChoices.map((name) => [name, name]));
+  byId("model").onchange = () => set({ model: byId("model").value });
+}
+
+/** Show a collision from where something is to be seen. @param {Values} values @param {string} at */
+function present(values, at) {
+  state.quantities = null;
+  state.values = { ...model.defaults(), ...values };
+  wantedMoment = at;
+  compute();
+  play(at === "entry");
+}
+
+const tour = new Tour(facts.tour, byId, (stop) => present(stop.values, stop.at));
+
+byId("play").onclick = () => play(!state.playing);
+byId("scrub").oninput = () => {
+  play(false);
+  goTo(Number(byId("scrub").value));
+};
+
+// --- the scene: take the droplet
+
+/** @type {{y: number, offset: number} | null} */
+let held = null;
+const sceneCanvas = scene.canvas;
+/** @param {PointerEvent} event */
+const inScene = (event) => scene.toPlane(event.offsetX, event.offsetY);
+sceneCanvas.onpointerdown = (event) => {
+  const [x, y] = inScene(event);
+  if (!scene.holds(x, y)) return;
+  held = { y, offset: state.values.offset };
+  sceneCanvas.setPointerCapture(event.pointerId);
+  play(false);
+};
+sceneCanvas.onpointermove = (event) => {
+  const [x, y] = inScene(event);
+  const over = held !== null || scene.holds(x, y);
+  sceneCanvas.style.cursor = over ? "ns-resize" : "default";
+  if (over !== scene.hover) {
+    scene.hover = over;
+    needsDrawing = true;
+  }
+  if (held) moveTo(held.offset + y - held.y);
+};
+sceneCanvas.onpointerup = sceneCanvas.onpointercancel = () => (held = null);
+sceneCanvas.onpointerleave = () => {
+  scene.hover = held !== null;
+  needsDrawing = true;
+};
+
+/** @param {number} offset */
+function moveTo(offset) {
+  const { low, high } = /** @type {any} */ (model.byName.offset);
+  set({ offset: Math.min(high, Math.max(low, Number(offset.toFixed(4)))) });
+}
+
+sceneCanvas.onkeydown = (event) => {
+  const fine = event.shiftKey ? 0.1 : 1;
+  if (event.key === "ArrowUp") moveTo(state.values.offset + 0.01 * fine);
+  else if (event.key === "ArrowDown") moveTo(state.values.offset - 0.01 * fine);
+  else return;
+  event.preventDefault();
+};
+
+// --- the diagram: take the ring, or a point
+
+/** @type {{x: number, y: number, moved: boolean} | null} */
+let grip = null;
+const diagramCanvas = diagram.canvas;
+diagramCanvas.onpointerdown = (event) => {
+  grip = { x: event.offsetX, y: event.offsetY, moved: false };
+  diagramCanvas.setPointerCapture(event.pointerId);
+};
+diagramCanvas.onpointermove = (event) => {
+  if (!grip) return showTip(event.offsetX, event.offsetY);
+  if (!grip.moved && Math.hypot(event.offsetX - grip.x, event.offsetY - grip.y) < 5) return;
+  grip.moved = true;
+  hideTip();
+  aim(event.offsetX, event.offsetY);
+};
+diagramCanvas.onpointerup = (event) => {
+  if (grip && !grip.moved) pick(event.offsetX, event.offsetY);
+  grip = null;
+};
+diagramCanvas.onpointercancel = () => (grip = null);
+diagramCanvas.onpointerleave = hideTip;
+
+/** Ca and S of a place in the diagram. @param {number} px @param {number} py */
+function aim(px, py) {
+  const { strength, symmetry } = diagram.toPlane(px, py);
+  const area = model.groups(state.values).area;
+  const wanted = strength / area / facts.ca_per_ca_sim;
+  const { low, high } = /** @type {any} */ (model.byName.simulation_capillary_number);
+  seek({ simulation_capillary_number: rounded(Math.min(high, Math.max(low, wanted)), 4) }, symmetry);
+}
+
+/** @param {number} px @param {number} py */
+function pick(px, py) {
+  const point = diagram.near(px, py, 14);
+  if (point) bringBack(point);
+  else aim(px, py);
+}
+
+/** @param {any} point of the diagram */
+function bringBack(point) {
+  if (point.own !== undefined) return own.choose(point.own);
+  if (state.quantities) state.quantities = model.quantitiesOf(point.values, state.quantities);
+  const { follow_daughters } = state.values;
+  state.values = { ...point.values, follow_daughters: point.small ? follow_daughters : point.values.follow_daughters };
+  if (state.quantities) state.quantities.offset = state.values.offset * state.quantities.diameter;
+  compute();
+}
+
+/** @param {number} px @param {number} py */
+function showTip(px, py) {
+  const point = /** @type {any} */ (diagram.near(px, py, 12));
+  const tip = byId("tip");
+  tip.hidden = !point;
+  diagramCanvas.style.cursor = point ? "pointer" : "crosshair";
+  if (!point) return;
+  if (point.own !== undefined) own.describe(point.own, tip);
+  else tip.textContent = triedText(point);
+  const right = px > diagramCanvas.clientWidth / 2;
+  tip.style.left = right ? "" : `${px + 16}px`;
+  tip.style.right = right ? `${diagramCanvas.clientWidth - px + 16}px` : "";
+  tip.style.top = `${Math.max(0, Math.min(py - 20, diagramCanvas.clientHeight - tip.offsetHeight))}px`;
+}
+
+/** @param {import("./points.js").Tried} tried */
+function triedText(tried) {
+  const { values, run: { result } } = tried;
+  const ratio = result.small_daughter_area / result.large_daughter_area;
+  return [
+    `${WORDS[/** @type {keyof WORDS} */ (tried.outcome)]}   Bk = ${shown(tried.breakupNumber)}`,
+    `S = ${shown(tried.symmetry)}   Ca = ${shown(tried.groups.capillary)}`,
+    `D0/R = ${shown(values.size_ratio)}   y = ${shown(values.offset)} D0`,
+    Number.isFinite(ratio) ? `A1/A2 = ${shown(ratio)}` : "",
+  ].filter(Boolean).join("\n");
+}
+
+function hideTip() {
+  byId("tip").hidden = true;
+}
+
+diagramCanvas.onkeydown = (event) => {
+  const [x, y] = here ? [diagram.X(here.strength), diagram.Y(here.symmetry)] : [0, 0];
+  const step = event.shiftKey ? 2 : 10;
+  const moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
+  const move = moves[/** @type {keyof moves} */ (event.key)];
+  if (move) {
+    event.preventDefault();
+    event.stopPropagation();
+    aim(x + move[0], y + move[1]);
+  } else if (event.key === "n" || event.key === "p") {
+    event.preventDefault();
+    event.stopPropagation();
+    neighbour(event.key === "n" ? 1 : -1);
+  }
+};
+
+/** Bring the next point back, in the order of Ca Ã z̃ and S. @param {number} way */
+function neighbour(way) {
+  const all = [...diagram.points].filter((p) => p.symmetry >= 0).sort((a, b) => a.strength - b.strength || a.symmetry - b.symmetry);
+  if (!all.length) return;
+  const now = own.chosenPoint ?? here;
+  const place = all.findIndex((p) => p === now);
+  bringBack(all[(place + way + all.length) % all.length]);
+}
+
+function showLegend() {
+  const lines = facts.lines.map((/** @type {any} */ line, /** @type {number} */ k) => legendLine(line, k));
+  const marks = [["broke", "broke", true], ["unbroken", "did not break", false]].map(([ink, text, full]) => {
+    const span = document.createElement("label");
+    span.append(symbol(`<circle cx="13" cy="6" r="4.5" fill="${full ? `var(--${ink})` : "none"}" stroke="var(--${ink})" stroke-width="1.6"/>`), String(text));
+    return span;
+  });
+  byId("legend").replaceChildren(...marks, ...lines);
+}
+
+/** A drawing of our own; never of text from a file. @param {string} drawing */
+function symbol(drawing) {
+  const parsed = new DOMParser().parseFromString(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 26 12" aria-hidden="true">${drawing}</svg>`, "image/svg+xml");
+  return document.importNode(parsed.documentElement, true);
+}
+
+/** @param {any} line @param {number} k */
+function legendLine(line, k) {
+  const label = document.createElement("label");
+  const box = document.createElement("input");
+  box.type = "checkbox";
+  box.checked = !diagram.without.has(line.name);
+  box.onchange = () => {
+    if (box.checked) diagram.without.delete(line.name);
+    else diagram.without.add(line.name);
+    needsDrawing = true;
+    rememberLink();
+  };
+  const dashes = ["5 3", "2 3", "6 2 2 2"][k % 3];
+  label.append(box, symbol(`<path d="M1 6H25" stroke="var(--${line.name})" stroke-width="2.2" stroke-dasharray="${dashes}"/>`), line.label);
+  return label;
+}
+
+byId("log-symmetry").onchange = () => {
+  diagram.logarithmic = byId("log-symmetry").checked;
+  needsDrawing = true;
+  rememberLink();
+};
+byId("clear").onclick = () => {
+  cancelMap?.();
+  points.clear();
+  state.map = "";
+  byId("map-word").textContent = "";
+  if (here && run) here = points.add(state.values, run, false);
+  needsDrawing = true;
+  rememberLink();
+};
+
+// --- the map
+
+/** Rows of a slice: offset from head-on to the last that touches, Ca over the diagram's range.
+ * @param {number} side */
+function slice(side) {
+  const { low, high } = /** @type {any} */ (model.byName.simulation_capillary_number);
+  const area = model.groups(state.values).area;
+  const ofStrength = (/** @type {number} */ strength) => Math.min(high, Math.max(low, strength / area / facts.ca_per_ca_sim));
+  const [from, to] = [ofStrength(0.02), ofStrength(0.5)];
+  const widest = 0.5 + 0.5 / state.values.size_ratio; // farther out there is hardly a contact
+  const all = [];
+  for (let i = 0; i < side; ++i)
+    for (let j = 0; j < side; ++j)
+      all.push({
+        ...state.values,
+        follow_daughters: false, // S and the outcome are known by the first break-up
+        simulation_capillary_number: rounded(from * (to / from) ** (i / (side - 1)), 5),
+        offset: rounded((widest * j) / (side - 1), 5),
+      });
+  return all;
+}
+
+byId("map").onclick = () => (cancelMap ? cancelMap() : map(Number(byId("map-size").value)));
+
+/** @param {number} side */
+async function map(side) {
+  if (refused || cancelMap) return;
+  const wanted = slice(side);
+  await runThese(wanted, true, `${side} × ${side}`);
+  state.map = String(side);
+  rememberLink();
+}
+
+/** Run collisions on all cores and keep them as points. @param {Values[]} wanted @param {boolean} small
+ * @param {string} name */
+async function runThese(wanted, small, name) {
+  let count = 0;
+  let faults = 0;
+  const begun = performance.now();
+  const progress = byId("map-progress");
+  const job = runAll(wanted.map((values) => model.row(values)), (k, computed) => {
+    ++count;
+    if (computed.fault) ++faults;
+    else points.add(wanted[k], computed, small);
+    progress.value = count / wanted.length;
+    byId("map-word").textContent = `${count} of ${wanted.length}`;
+    needsDrawing = true;
+  }, trouble);
+  cancelMap = job.cancel;
+  byId("map").textContent = "Cancel";
+  progress.hidden = false;
+  const whole = await job.done;
+  cancelMap = null;
+  progress.hidden = true;
+  byId("map").textContent = "Map this slice";
+  const seconds = ((performance.now() - begun) / 1000).toFixed(1);
+  const lost = (faults ? `, ${faults} refused` : "") + (points.forgotten ? `; the oldest beyond ${MOST_POINTS} are forgotten` : "");
+  byId("map-word").textContent = (whole ? `${name}: ${wanted.length} collisions in ${seconds} s` : `cancelled after ${count}`) + lost;
+}
+
+// --- out of the page
+
+/** @returns {import("./link.js").Linked} */
+function linked() {
+  const same = (/** @type {Values} */ values) => model.parameters.every(({ name }) => ["offset", "simulation_capillary_number", "size_ratio"].includes(name) || values[name] === state.values[name]);
+  const byHand = points.all.filter((tried) => !tried.small && same(tried.values));
+  return {
+    values: state.values,
+    quantities: state.quantities,
+    time: state.time,
+    logarithmic: diagram.logarithmic,
+    without: [...diagram.without],
+    map: state.map,
+    tried: byHand.slice(-MOST_LINKED).map(({ values }) => [values.offset, values.simulation_capillary_number, values.size_ratio]),
+  };
+}
+
+let linkTimer = 0;
+function rememberLink() {
+  clearTimeout(linkTimer);
+  linkTimer = setTimeout(() => {
+    lastLink = fragmentOf(linked(), model);
+    try {
+      history.replaceState(null, "", lastLink);
+    } catch {
+      // Some browsers refuse it for files; the link is copied from what we know.
+    }
+  }, 400);
+}
+let lastLink = "";
+
+byId("copy-link").onclick = async () => {
+  lastLink = fragmentOf(linked(), model);
+  const all = points.all.filter((tried) => !tried.small).length;
+  const kept = linked().tried.length;
+  const left = all > kept ? ` ${all - kept} of ${all} points are not in it: only the newest ${MOST_LINKED} with these constants are.` : "";
+  say(((await copyText(location.href.split("#")[0] + lastLink)) ? "The link is copied." : "Copy the address of this page.") + left);
+};
+byId("copy-command").onclick = async () => say((await copyText(byId("command").textContent)) ? "The command is copied." : "Mark the command and copy it.");
+byId("copy-python").onclick = async () => say((await copyText(byId("python").textContent)) ? "The program is copied." : "Mark the program and copy it.");
+byId("save-scene").onclick = async () => say(await savePng(sceneCanvas, "collision.png", summary(outcomeOf(/** @type {Run} */ (run)))));
+byId("save-diagram").onclick = async () => say(await savePng(diagramCanvas, "diagram.png", `${points.all.length} collisions, pinchoff ${facts.version}`));
+byId("save-points").onclick = () => {
+  saveBlob(new Blob([points.csv()], { type: "text/csv" }), "collisions.csv");
+  say(`collisions.csv has ${points.all.length} rows; pinchoff fit reads it.`);
+};
+
+// --- the user's own data
+
+const own = new OwnData(JSON.parse(byId("own-data").textContent), model, byId, {
+  redraw: () => (needsDrawing = true),
+  simulate: (changes, symmetry) => {
+    wantedMoment = "contact";
+    state.quantities = null;
+    seek(changes, symmetry);
+  },
+});
+
+// --- keys, theme, start
+
+document.onkeydown = (event) => {
+  const target = /** @type {HTMLElement} */ (event.target);
+  if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
+  if (event.key === " " && /^(BUTTON|SUMMARY|A)$/.test(target.tagName)) return;
+  /** @type {Record<string, () => void>} */
+  const keys = {
+    " ": () => play(!state.playing),
+    ArrowLeft: () => goTo(state.time - (event.shiftKey ? 0.02 : 0.1)),
+    ArrowRight: () => goTo(state.time + (event.shiftKey ? 0.02 : 0.1)),
+    Home: () => goTo(moment("start")),
+    c: () => goTo(moment("contact")),
+    b: () => goTo(moment("break-up")),
+    End: () => goTo(moment("end")),
+    m: () => byId("map").click(),
+    "?": () => byId("help").showModal(),
+  };
+  const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!act) return;
+  event.preventDefault();
+  act();
+};
+
+byId("help-open").onclick = () => byId("help").showModal();
+byId("help-source").textContent = `pinchoff ${facts.version}: the model of Droplet Breakup Against an Isolated Obstacle, Soft Matter 2026, doi 10.1039/D5SM01266J.`;
+
+byId("theme").onclick = () => {
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+  const now = document.documentElement.dataset.theme ?? (dark ? "dark" : "light");
+  document.documentElement.dataset.theme = now === "dark" ? "light" : "dark";
+  forgetColours();
+  needsDrawing = true;
+};
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+  forgetColours();
+  needsDrawing = true;
+});
+new ResizeObserver(() => {
+  traces.from = Math.max(0, scene.entry);
+  needsDrawing = true;
+}).observe(document.body);
+
+/** Take the state of a link. @param {string} fragment */
+function restore(fragment) {
+  const { state: found, wrong } = readFragment(fragment, model, QUANTITY_NAMES);
+  Object.assign(state, { values: found.values, quantities: found.quantities, time: found.time });
+  if (found.quantities) Object.assign(state.values, model.ofQuantities(/** @type {any} */ (found.quantities)));
+  diagram.logarithmic = byId("log-symmetry").checked = found.logarithmic;
+  if (new URLSearchParams(fragment.slice(1)).has("without") || fragment.length > 1) diagram.without = new Set(found.without);
+  if (wrong.length) trouble(`the link asks for what cannot be: ${wrong.join("; ")}`);
+  return found;
+}
+
+async function begin() {
+  const packed = Uint8Array.from(atob(byId("engine").textContent), (letter) => letter.charCodeAt(0));
+  const unpacking = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const code = new Uint8Array(await new Response(unpacking).arrayBuffer());
+  prepareWorkers(code, byId("worker").textContent);
+  newest = new Newest(trouble);
+  const found = location.hash.length > 1 ? restore(location.hash) : null;
+  showLegend();
+  compute();
+  requestAnimationFrame(frame);
+  engine = await Engine.make(code);
+  scene.velocity = (x, y) => /** @type {Engine} */ (engine).velocity(x, y);
+  engine.prepare(model.row(state.values));
+  needsDrawing = true;
+  if (!found) return play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
+  const tried = found.tried.map(([offset, simulation_capillary_number, size_ratio]) => ({ ...state.values, offset, simulation_capillary_number, size_ratio }));
+  if (tried.length > 1) await runThese(tried, false, "from the link");
+  if (Number(found.map) > 1 && Number(found.map) <= 40) await map(Number(found.map));
+}
+
+begin().catch((error) => trouble(String(error)));
+
+/** For tests and for the console. */
+Object.assign(window, { explorer: { state, model, points, diagram, scene, own, set, goTo, tour, facts, surface, current: () => ({ run, here, refused }) } });
