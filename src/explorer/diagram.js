@@ -155,7 +155,12 @@ export class Diagram {
     context.strokeStyle = context.fillStyle = colour(point.outcome === "slipped" ? "unbroken" : point.outcome);
     context.lineWidth = 1.6;
     context.beginPath();
-    if (point.own !== undefined) {
+    if (point.outcome === "failed") {
+      for (const side of [-1, 1]) {
+        context.moveTo(x - size, y - side * size);
+        context.lineTo(x + size, y + side * size);
+      }
+    } else if (point.own !== undefined) {
       for (const [dx, dy] of [[0, -1.35], [1.35, 0], [0, 1.35], [-1.35, 0]]) context.lineTo(x + size * dx, y + size * dy);
       context.closePath();
     } else if (point.outcome === "captured") context.rect(x - size, y - size, 2 * size, 2 * size);

@@ -43,8 +43,9 @@ Flow flow() {
     return stokes;
 }
 
-/// The first field, but for the time step, with which no collision can be set up. The ranges that
-/// the parameters have are the page's to check, from the list that Python gives it.
+/// The first field, but for the time step, with which no collision can be set up, or that fits the
+/// others ill, as consistency.py says. The ranges of the parameters are the page's to check, from
+/// the list that Python gives it.
 int fault_but_for_step() {
     const double* numbers = reinterpret_cast<const double*>(&row);
     for (int i = 0; i < kModelFields; ++i)
@@ -56,9 +57,14 @@ int fault_but_for_step() {
     const double count = row.vertex_count;
     if (count != std::floor(count) || count < kLeastVertices || count > kMostVertices)
         return refused(k_vertex_count);
-    if (row.neck_thickness < 0.0) return refused(k_neck_thickness);
-    if (!(row.start_distance > row.obstacle_radius + 0.5)) return refused(k_start_distance);
-    if (row.start_distance > kReachLimit) return refused(k_start_distance);
+    if (!(row.start_distance > row.obstacle_radius + 0.75) || row.start_distance > kReachLimit)
+        return refused(k_start_distance);
+    const bool fraction = row.neck_separation_in_diameters == 0.0;
+    if (fraction && (row.neck_separation >= 0.5 || row.neck_separation < 3.0 / count))
+        return refused(k_neck_separation);
+    const double half_angle = row.neck_separation * (fraction ? kPi : 1.0);
+    if (row.neck_thickness < 0.0 || row.neck_thickness >= std::sin(half_angle))
+        return refused(k_neck_thickness);
     return 0;
 }
 

@@ -37,7 +37,9 @@ const state = {
 
 const scene = new Scene(byId("scene"));
 const traces = new Traces(byId("traces"));
-const diagram = new Diagram(byId("diagram"), facts.lines);
+const ownPayload = JSON.parse(byId("own-data").textContent);
+const lines = [...facts.lines, ...(ownPayload?.lines ?? [])];
+const diagram = new Diagram(byId("diagram"), lines);
 const points = new Points(model);
 /** @type {Newest} */
 let newest;
@@ -96,21 +98,22 @@ function refusal() {
 function compute() {
   refused = refusal();
   showControls();
-  if (refused) return showRefusal();
+  showRefusal();
+  if (refused) return;
   const values = { ...state.values };
-  newest.ask({ job: "run", rows: [model.row(values)], interval: INTERVAL }, ({ runs }) => arrived(values, runs[0]));
+  const quantities = state.quantities;
+  newest.ask({ job: "run", rows: [model.row(values)], interval: INTERVAL }, ({ runs }) => {
+    if (!runs[0].fault) return arrived(values, quantities, runs[0]);
+    refused = faultText(runs[0].fault, values);
+    showRefusal();
+  });
 }
 
-/** @param {Values} values @param {Run} computed */
-function arrived(values, computed) {
-  if (computed.fault) {
-    refused = faultText(computed.fault, values);
-    return showRefusal();
-  }
-  refused = "";
+/** @param {Values} values @param {import("./parameters.js").Quantities | null} quantities @param {Run} computed */
+function arrived(values, quantities, computed) {
   const first = run === null;
   run = computed;
-  here = points.add(values, computed, false);
+  here = points.add(values, quantities, computed, false);
   scene.run = traces.run = computed;
   scene.radius = 1 / values.size_ratio;
   scene.offset = values.offset;
@@ -121,7 +124,6 @@ function arrived(values, computed) {
   else if (first && !state.time) state.time = scene.entry;
   wantedMoment = null;
   state.time = Math.min(state.time, endTime());
-  showRefusal();
   showRun();
 }
 
@@ -130,7 +132,7 @@ function faultText(field, values) {
   const name = field in state.values ? field : "the model";
   const p = model.byName[field];
   return p
-    ? `${name} must be ${p.rule}, and fit the other parameters; got ${values[field]}; give ${p.meaning}`
+    ? `${name} must be ${p.rule}, and fit the other parameters; got ${values[field]}; ${p.advice}`
     : `${field} must be possible; got a row that the engine refuses; change what you changed last`;
 }
 
@@ -192,6 +194,9 @@ function draw() {
   scene.time = traces.time = state.time;
   const { quantities } = state;
   scene.unitWord = quantities ? `D0 = ${shown(quantities.diameter)} µm` : "D0";
+  traces.units = quantities
+    ? { time: (quantities.diameter * 1e-3) / quantities.speed, timeWord: "t / s", length: quantities.diameter, neckWord: "neck / µm" }
+    : { time: 1, timeWord: "t / t0", length: 1, neckWord: "neck / D0" };
   scene.draw();
   own.draw(scene.view, state.time - (run?.contacts[0]?.time ?? 0));
   traces.draw();
@@ -304,7 +309,9 @@ function showNumbers() {
 }
 
 function showTakeaway() {
-  byId("command").textContent = model.command(state.values, state.quantities);
+  // An option is not torn apart at the end of a line.
+  const words = model.command(state.values, state.quantities).map((text) => Object.assign(document.createElement("span"), { textContent: text }));
+  byId("command").replaceChildren(...words.flatMap((word, k) => (k ? [" ", word] : [word])));
   byId("python").textContent = model.python(state.values, state.quantities);
 }
 
@@ -412,6 +419,15 @@ function moveTo(offset) {
   const { low, high } = /** @type {any} */ (model.byName.offset);
   set({ offset: Math.min(high, Math.max(low, Number(offset.toFixed(4)))) });
 }
+
+traces.canvas.onpointerdown = (event) => {
+  traces.canvas.setPointerCapture(event.pointerId);
+  play(false);
+  goTo(traces.toTime(event.offsetX));
+};
+traces.canvas.onpointermove = (event) => {
+  if (event.buttons) goTo(traces.toTime(event.offsetX));
+};
 
 sceneCanvas.onkeydown = (event) => {
   const fine = event.shiftKey ? 0.1 : 1;
@@ -527,13 +543,18 @@ function neighbour(way) {
 }
 
 function showLegend() {
-  const lines = facts.lines.map((/** @type {any} */ line, /** @type {number} */ k) => legendLine(line, k));
-  const marks = [["broke", "broke", true], ["unbroken", "did not break", false]].map(([ink, text, full]) => {
-    const span = document.createElement("label");
-    span.append(symbol(`<circle cx="13" cy="6" r="4.5" fill="${full ? `var(--${ink})` : "none"}" stroke="var(--${ink})" stroke-width="1.6"/>`), String(text));
+  const marks = [
+    ["broke", '<circle cx="13" cy="6" r="4.5" fill="var(--broke)"/>'],
+    ["did not", '<circle cx="13" cy="6" r="4.3" fill="none" stroke="var(--unbroken)" stroke-width="1.7"/>'],
+    ["stopped", '<path d="M9 2L17 10M9 10L17 2" stroke="var(--failed)" stroke-width="1.7"/>'],
+    ...(ownPayload ? [["yours", '<path d="M13 0.5L18.5 6L13 11.5L7.5 6Z" fill="var(--broke)"/>']] : []),
+  ].map(([text, drawing]) => {
+    const span = document.createElement("span");
+    span.className = "mark";
+    span.append(symbol(drawing), text);
     return span;
   });
-  byId("legend").replaceChildren(...marks, ...lines);
+  byId("legend").replaceChildren(...marks, ...lines.map(legendLine));
 }
 
 /** A drawing of our own; never of text from a file. @param {string} drawing */
@@ -569,7 +590,7 @@ byId("clear").onclick = () => {
   points.clear();
   state.map = "";
   byId("map-word").textContent = "";
-  if (here && run) here = points.add(state.values, run, false);
+  if (here && run) here = points.add(here.values, here.quantities, run, false);
   needsDrawing = true;
   rememberLink();
 };
@@ -617,7 +638,7 @@ async function runThese(wanted, small, name) {
   const job = runAll(wanted.map((values) => model.row(values)), (k, computed) => {
     ++count;
     if (computed.fault) ++faults;
-    else points.add(wanted[k], computed, small);
+    else points.add(wanted[k], null, computed, small);
     progress.value = count / wanted.length;
     byId("map-word").textContent = `${count} of ${wanted.length}`;
     needsDrawing = true;
@@ -683,7 +704,7 @@ byId("save-points").onclick = () => {
 
 // --- the user's own data
 
-const own = new OwnData(JSON.parse(byId("own-data").textContent), model, byId, {
+const own = new OwnData(ownPayload, model, byId, {
   redraw: () => (needsDrawing = true),
   simulate: (changes, symmetry) => {
     wantedMoment = "contact";

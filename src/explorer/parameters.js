@@ -3,8 +3,8 @@
 
 /**
  * @typedef {{name: string, default: number | string | boolean | null, follows: string, low: number | null,
- *   high: number | null, whole: boolean, choices: string[] | null, unit: string, rule: string,
- *   meaning: string}} Parameter
+ *   high: number | null, whole: boolean, choices: string[] | null, rule: string, meaning: string,
+ *   advice: string, place: string, column: string}} Parameter
  *
  * @typedef {Record<string, any>} Values parameters by name; null where one follows another
  *
@@ -53,22 +53,17 @@ export class Model {
    */
   row(values) {
     const tension = values.line_tension;
-    /** @type {Record<string, number>} */
+    /** @type {Record<string, number>} what is not the parameter itself */
     const own = {
+      ...this.facts.constants,
       obstacle_radius: 1 / values.size_ratio,
       drag: values.simulation_capillary_number * tension,
       edge_stiffness: values.edge_stiffness * tension,
       time_step: values.time_step === "auto" ? NaN : values.time_step,
       neck_separation_in_diameters: Number(values.neck_separation_unit === "diameter"),
-      sample_interval: this.facts.sample_interval,
       stop_at_breakup: Number(!values.follow_daughters),
     };
-    return Float64Array.from(this.facts.fields, (/** @type {string} */ name) => {
-      if (name in own) return own[name];
-      const value = this.value(values, name);
-      const choices = this.byName[name].choices;
-      return choices ? choices.indexOf(value) : Number(value);
-    });
+    return Float64Array.from(this.facts.fields, (/** @type {string} */ name) => own[name] ?? Number(this.value(values, name)));
   }
 
   /**
@@ -82,7 +77,7 @@ export class Model {
     if (value === "auto" && p.default === "auto") return "";
     const good = typeof value === "number" && Number.isFinite(value) && (!p.whole || Number.isInteger(value)) &&
       value >= /** @type {number} */ (p.low) && value <= /** @type {number} */ (p.high);
-    return good ? "" : `${name} must be ${p.rule}; got ${value}; give ${p.meaning}`;
+    return good ? "" : `${name} must be ${p.rule}; got ${value}; ${p.advice}`;
   }
 
   /**
@@ -144,7 +139,8 @@ export class Model {
     return this.parameters.filter((p) => values[p.name] !== p.default).map((p) => p.name);
   }
 
-  /** @param {Values} values @param {Quantities | null} quantities */
+  /** The words of the command, an option with its value in one.
+   * @param {Values} values @param {Quantities | null} quantities */
   command(values, quantities) {
     const words = ["pinchoff run"];
     if (quantities) {
@@ -156,7 +152,7 @@ export class Model {
     for (const name of this.differing(values)) {
       if (!GROUPS.includes(name)) words.push(`--set ${name}=${values[name]}`);
     }
-    return words.join(" ");
+    return words;
   }
 
   /** @param {Values} values @param {Quantities | null} quantities */

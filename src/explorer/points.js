@@ -5,7 +5,8 @@ import { outcomeOf } from "./engine.js";
 /**
  * @typedef {import("./engine.js").Run} Run
  * @typedef {import("./parameters.js").Values} Values
- * @typedef {{values: Values, run: Run, strength: number, symmetry: number, outcome: string, small: boolean,
+ * @typedef {import("./parameters.js").Quantities} Quantities
+ * @typedef {{values: Values, quantities: Quantities | null, run: Run, strength: number, symmetry: number, outcome: string, small: boolean,
  *   breakupNumber: number, groups: {capillary: number, area: number, thickness: number}}} Tried
  */
 
@@ -26,8 +27,9 @@ export class Points {
     return this.model.parameters.map((p) => values[p.name]).join(" ");
   }
 
-  /** @param {Values} values @param {Run} run @param {boolean} small from a map rather than by hand @returns {Tried} */
-  add(values, run, small) {
+  /** @param {Values} values @param {Quantities | null} quantities @param {Run} run
+   * @param {boolean} small from a map rather than by hand @returns {Tried} */
+  add(values, quantities, run, small) {
     const key = this.key(values);
     const before = this.byKey.get(key);
     const groups = this.model.groups(values);
@@ -35,7 +37,7 @@ export class Points {
     const breakupNumber = this.model.breakupNumber(groups.strength, symmetry);
     // The outlines of thousands of collisions would fill the memory; a click computes them again.
     const light = { ...run, recording: null };
-    const tried = { values: { ...values }, run: light, strength: groups.strength, symmetry, outcome: outcomeOf(run), small: small && (before?.small ?? true), breakupNumber, groups };
+    const tried = { values: { ...values }, quantities, run: light, strength: groups.strength, symmetry, outcome: outcomeOf(run), small: small && (before?.small ?? true), breakupNumber, groups };
     this.byKey.delete(key);
     this.byKey.set(key, tried);
     if (this.byKey.size > MOST_POINTS) {
@@ -57,7 +59,7 @@ export class Points {
   /** The points as CSV, in the columns of pinchoff's collisions table; not measured is empty. */
   csv() {
     const own = this.model.parameters.map((p) => p.name).filter((name) => !["size_ratio", "simulation_capillary_number", "offset"].includes(name));
-    const columns = [...COLUMNS.map(([name]) => name), ...own.map((name) => (name === "neck_thickness" ? "neck_thickness_limit" : name))];
+    const columns = [...COLUMNS.map(([name]) => name), ...own.map((name) => this.model.byName[name].column)];
     const rows = this.all.map((tried, k) => [
       ...COLUMNS.map(([, of]) => of(tried, k)),
       ...own.map((name) => this.model.value(tried.values, name)),
@@ -92,7 +94,21 @@ const COLUMNS = [
   ["breakup_count", (t) => t.run.result.breakup_count],
   ["droplet_count", (t) => t.run.result.droplet_count],
   ["end_time", (t) => t.run.result.end_time],
+  // In the laboratory's units, where they were chosen; empty where not.
+  ["contact_time_s", (t) => physical(t, (q) => (t.run.result.contact_time * q.diameter * 1e-3) / q.speed)],
+  ["area_um2", (t) => physical(t, (q) => t.run.result.contact_area * q.diameter ** 2)],
+  ["speed_mm_s", (t) => physical(t, (q) => t.run.result.contact_speed * q.speed)],
+  ["neck_um", (t) => physical(t, (q) => t.run.result.minimum_neck * q.diameter)],
+  ["obstacle_radius_um", (t) => physical(t, (q) => q.obstacle_radius)],
+  ["thickness_um", (t) => physical(t, (q) => q.thickness)],
+  ["viscosity_mPa_s", (t) => physical(t, (q) => q.viscosity)],
+  ["surface_tension_mN_m", (t) => physical(t, (q) => q.surface_tension)],
 ];
+
+/** @param {Tried} tried @param {(quantities: Quantities) => number} of */
+function physical(tried, of) {
+  return tried.quantities ? of(tried.quantities) : NaN;
+}
 
 /** @param {any} value */
 function cell(value) {

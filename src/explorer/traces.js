@@ -18,6 +18,7 @@ export class Traces {
     this.from = 0;
     this.threshold = 0;
     this.left = 46;
+    this.units = { time: 1, timeWord: "t / t0", length: 1, neckWord: "neck / D0" };
   }
 
   /** @param {number} px @returns {number} */
@@ -37,7 +38,7 @@ export class Traces {
     const bottom = 1.5 * font;
     const each = (height - bottom) / 3;
     const panels = [
-      { name: "neck / D0", of: NECK, unit: 1, floor: 0, least: 1 },
+      { name: this.units.neckWord, of: NECK, unit: 1 / this.units.length, floor: 0, least: this.units.length },
       { name: "𝒜", of: SHAPE, unit: 1, floor: 1, least: 1.5 },
       { name: "area / A0", of: AREA, unit: REFERENCE_AREA, floor: 0, least: 1.1 },
     ];
@@ -62,8 +63,8 @@ export class Traces {
         context.setLineDash([5, 4]);
         context.strokeStyle = colour("neck");
         context.beginPath();
-        context.moveTo(this.left, Y(this.threshold));
-        context.lineTo(width - 10, Y(this.threshold));
+        context.moveTo(this.left, Y(this.threshold * this.units.length));
+        context.lineTo(width - 10, Y(this.threshold * this.units.length));
         context.stroke();
         context.setLineDash([]);
       }
@@ -80,9 +81,11 @@ export class Traces {
   #drawTime(context, X, width, height, font, end) {
     context.textAlign = "center";
     context.fillStyle = colour("faint");
-    for (const tick of ticks(this.from, end, Math.max(2, width / 110))) if (X(tick) < width - 30) context.fillText(String(tick), X(tick), height - 0.3 * font);
+    const { time: factor, timeWord } = this.units;
+    for (const tick of ticks(this.from * factor, end * factor, Math.max(2, width / 110)))
+      if (X(tick / factor) < width - 4.2 * font) context.fillText(String(tick), X(tick / factor), height - 0.3 * font);
     context.textAlign = "right";
-    context.fillText("t / t0", width - 4, height - 0.3 * font);
+    context.fillText(timeWord, width - 4, height - 0.3 * font);
     context.strokeStyle = colour("faint");
     context.lineWidth = 1;
     for (const time of [this.run?.contacts[0]?.time, this.run?.breakups[0]?.time]) {

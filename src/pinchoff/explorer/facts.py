@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from importlib import resources
 from typing import Any
 
 from pinchoff.collisions.law import LINES
+from pinchoff.collisions.schema import general_reason
 from pinchoff.model.outcomes import guard_message
 from pinchoff.model.parameters import (
     AREA_STIFFNESS_PER_LINE_TENSION,
     CA_PER_CA_SIM,
-    SAMPLE_INTERVAL,
+    DEFAULTS,
+    PARAMETERS,
     WALL_STIFFNESS_PER_LINE_TENSION,
     Parameters,
     preset_description,
     preset_names,
 )
-from pinchoff.model.presets import DEFAULTS, preset_constants
-from pinchoff.collisions.schema import general_reason
+from pinchoff.model.presets import preset_constants
 from pinchoff.support.quantities import physical_magnitude
 
 LABORATORY = {
@@ -63,7 +63,7 @@ def facts() -> dict[str, Any]:
         "fields": list(_core.MODEL_FIELDS),
         "parameters": list(_parameters()),
         "ratios": FOLLOWING,
-        "sample_interval": SAMPLE_INTERVAL,
+        "constants": _constants(),
         "ca_per_ca_sim": CA_PER_CA_SIM,
         "presets": [
             {"name": n, "description": preset_description(n), "constants": preset_constants(n)}
@@ -81,22 +81,21 @@ def facts() -> dict[str, Any]:
 
 
 def _parameters() -> Iterator[dict[str, Any]]:
-    for name, field in Parameters.model_fields.items():
-        if name == "scale":
-            continue
-        extra = field.json_schema_extra
-        assert isinstance(extra, dict)
+    for name, entry in PARAMETERS.items():
         yield {
             "name": name,
             "default": DEFAULTS.get(name),
             "follows": "line_tension" if name in FOLLOWING else "",
-            **_limits(name, field),
-            "rule": extra["rule"],
-            "meaning": field.description,
+            **_limits(name),
+            "rule": entry.rule,
+            "meaning": entry.phrase,
+            "advice": entry.advice,
+            "place": entry.place,
+            "column": entry.as_column().name,
         }
 
 
-def _limits(name: str, field: Any) -> dict[str, Any]:
+def _limits(name: str) -> dict[str, Any]:
     """Return the limits, the choices and whether only whole numbers will do."""
     schema = Parameters.model_json_schema()["properties"][name]
     kinds = [schema, *schema.get("anyOf", ())]
@@ -110,6 +109,15 @@ def _limits(name: str, field: Any) -> dict[str, Any]:
     }
 
 
+def _constants() -> dict[str, float]:
+    """Return the numbers of the row that no parameter decides."""
+    from pinchoff import _core
+
+    decided = {entry.place for entry in PARAMETERS.values()}
+    row = dict(zip(_core.MODEL_FIELDS, Parameters().model_row().tolist(), strict=True))
+    return {name: value for name, value in row.items() if name not in decided}
+
+
 def _scenes() -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     """Read the examples and the stops of the tour."""
     import tomllib
@@ -118,7 +126,3 @@ def _scenes() -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     scenes = tomllib.loads(text)
     return scenes["example"], scenes["tour"]
 
-
-def finite_or_none(value: float) -> float | None:
-    """Return a number as JSON has it."""
-    return value if math.isfinite(value) else None
