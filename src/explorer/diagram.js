@@ -26,6 +26,8 @@ export class Diagram {
     this.chosen = null;
     this.frame = { left: 50, top: 10, right: 10, bottom: 40 };
     this.range = { x: [0.01, 1], y: [0, 1] };
+    this.layer = document.createElement("canvas");
+    this.drawn = "";
   }
 
   #measure() {
@@ -79,21 +81,33 @@ export class Diagram {
     return best;
   }
 
-  draw() {
-    this.#measure();
+  /**
+   * Axes, lines and points are drawn once and kept: with thousands of points that takes longer than
+   * a frame of the film beside them.
+   * @param {string} version changes with whatever they show
+   */
+  draw(version) {
     const { context, width, height, font } = surface(this.canvas);
-    this.frame = { left: 3.4 * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
-    this.#drawAxes(context, width, height, font);
-    context.save();
-    context.beginPath();
-    context.rect(this.frame.left, this.frame.top, width - this.frame.left - this.frame.right, height - this.frame.top - this.frame.bottom);
-    context.clip();
-    this.lines.forEach((line, k) => this.#drawLine(context, line, DASHES[k % DASHES.length]));
-    context.restore();
-    const order = (/** @type {Point} */ p) => (p.own !== undefined ? 0 : p.small ? 1 : 2);
-    for (const point of [...this.points].sort((a, b) => order(a) - order(b))) if (drawable(point)) this.#drawPoint(context, point);
+    const here = this.here && drawable(this.here) ? this.here : null;
+    const key = [version, width, height, font, here?.strength, here?.symmetry, this.logarithmic, [...this.without]].join(" ");
+    if (key !== this.drawn) {
+      this.drawn = key;
+      this.frame = { left: 3.4 * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
+      this.#measure();
+      this.#drawAxes(context, width, height, font);
+      const order = (/** @type {Point} */ p) => (p.own !== undefined ? 0 : p.small ? 1 : 2);
+      for (const point of [...this.points].sort((a, b) => order(a) - order(b))) if (drawable(point)) this.#drawPoint(context, point);
+      context.save();
+      context.beginPath();
+      context.rect(this.frame.left, this.frame.top, width - this.frame.left - this.frame.right, height - this.frame.top - this.frame.bottom);
+      context.clip();
+      this.lines.forEach((line, k) => this.#drawLine(context, line, DASHES[k % DASHES.length]));
+      context.restore();
+      [this.layer.width, this.layer.height] = [this.canvas.width, this.canvas.height];
+      this.layer.getContext("2d")?.drawImage(this.canvas, 0, 0);
+    } else context.drawImage(this.layer, 0, 0, width, height);
     if (this.chosen && drawable(this.chosen)) this.#drawRing(context, this.chosen, "captured", 9);
-    if (this.here && drawable(this.here)) this.#drawHere(context, this.here, font);
+    if (here) this.#drawHere(context, here, font);
   }
 
   /** @param {CanvasRenderingContext2D} context @param {number} width @param {number} height @param {number} font */
@@ -149,11 +163,11 @@ export class Diagram {
   /** @param {CanvasRenderingContext2D} context @param {Point} point */
   #drawPoint(context, point) {
     const [x, y] = [this.X(point.strength), this.Y(point.symmetry)];
-    const size = point.small ? 3 : 4.6;
+    const size = point.small ? (this.points.length > 3000 ? 1.8 : 3) : 4.6;
     const broke = point.outcome === "broke";
     context.globalAlpha = point.small ? 0.75 : 1;
     context.strokeStyle = context.fillStyle = colour(point.outcome === "slipped" ? "unbroken" : point.outcome);
-    context.lineWidth = 1.6;
+    context.lineWidth = size < 2 ? 1 : 1.6;
     context.beginPath();
     if (point.outcome === "failed") {
       for (const side of [-1, 1]) {

@@ -5,6 +5,7 @@
 // returns 0, or the place of the field that is wrong, counted from 1.
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "kernels.hpp"
@@ -19,7 +20,7 @@ const Kernels& best_kernels() { return kernels_generic; }
 
 namespace {
 
-/// More steps than this would take hours, and overflow the 32-bit counters of WebAssembly.
+/// More steps than this would take hours.
 constexpr double kMostSteps = 1e8;
 constexpr int kMostVertices = 1024;
 
@@ -50,19 +51,20 @@ int fault_but_for_step() {
     const double* numbers = reinterpret_cast<const double*>(&row);
     for (int i = 0; i < kModelFields; ++i)
         if (i != k_time_step && !std::isfinite(numbers[i])) return 1 + i;
-    for (const Field field : {k_obstacle_radius, k_drag, k_line_tension, k_edge_stiffness,
-                              k_area_stiffness, k_wall_stiffness, k_time_limit, k_neck_separation,
-                              k_sample_interval})
+    for (const Field field :
+         {k_obstacle_radius, k_drag, k_line_tension, k_edge_stiffness, k_area_stiffness,
+          k_wall_stiffness, k_time_limit, k_neck_separation, k_sample_interval})
         if (!(numbers[field] > 0.0)) return refused(field);
     const double count = row.vertex_count;
     if (count != std::floor(count) || count < kLeastVertices || count > kMostVertices)
         return refused(k_vertex_count);
-    if (!(row.start_distance > row.obstacle_radius + 0.75) || row.start_distance > kReachLimit)
+    if (!(row.start_distance > row.obstacle_radius + 0.75) ||
+        row.start_distance > limit_of(Guard::blow_up))
         return refused(k_start_distance);
     const bool fraction = row.neck_separation_in_diameters == 0.0;
     if (fraction && (row.neck_separation >= 0.5 || row.neck_separation < 3.0 / count))
         return refused(k_neck_separation);
-    const double half_angle = row.neck_separation * (fraction ? kPi : 1.0);
+    const double half_angle = row.neck_separation * (fraction ? std::numbers::pi : 1.0);
     if (row.neck_thickness < 0.0 || row.neck_thickness >= std::sin(half_angle))
         return refused(k_neck_thickness);
     return 0;
@@ -112,6 +114,8 @@ PINCHOFF_EXPORT(field_names) const char* field_names() {
 PINCHOFF_EXPORT(result_names) const char* result_names() {
     return PINCHOFF_RESULT_FIELDS(PINCHOFF_WORD);
 }
+#undef PINCHOFF_WORD
+#define PINCHOFF_WORD(name, limit) #name " "
 PINCHOFF_EXPORT(guard_names) const char* guard_names() { return PINCHOFF_GUARDS(PINCHOFF_WORD); }
 #undef PINCHOFF_WORD
 
@@ -140,7 +144,7 @@ PINCHOFF_EXPORT(start) int start() {
 /// Run to the first sample at or after `until`, or to the end; whether the end is still to come.
 PINCHOFF_EXPORT(advance) int advance(double until) {
     if (!collision || std::isnan(until)) return 0;
-    collision->advance(until);
+    collision->advance(until, [] { return false; });
     return !collision->finished();
 }
 
@@ -167,9 +171,9 @@ PINCHOFF_EXPORT(contacts) int contacts() {
     values.clear();
     if (collision)
         for (const ContactEvent& c : collision->contacts()) {
-            values.insert(values.end(), {c.time, static_cast<double>(c.droplet),
-                                         static_cast<double>(c.obstacle), c.symmetry,
-                                         c.impact_parameter, c.speed, c.area, c.shape_parameter});
+            values.insert(values.end(),
+                          {c.time, static_cast<double>(c.droplet), static_cast<double>(c.obstacle),
+                           c.symmetry, c.impact_parameter, c.speed, c.area, c.shape_parameter});
             put(c.centroid);
             put(c.velocity);
         }
@@ -181,10 +185,10 @@ PINCHOFF_EXPORT(breakups) int breakups() {
     values.clear();
     if (collision)
         for (const BreakupEvent& b : collision->breakups()) {
-            values.insert(values.end(),
-                          {b.time, static_cast<double>(b.droplet),
-                           static_cast<double>(b.daughters[0]), static_cast<double>(b.daughters[1]),
-                           b.areas[0], b.areas[1], b.neck_thickness});
+            values.insert(
+                values.end(),
+                {b.time, static_cast<double>(b.droplet), static_cast<double>(b.daughters[0]),
+                 static_cast<double>(b.daughters[1]), b.areas[0], b.areas[1], b.neck_thickness});
             put(b.ends[0]);
             put(b.ends[1]);
         }

@@ -151,11 +151,12 @@ export class Engine {
 
   /** @param {number} interval @returns {Recording} */
   #record(interval) {
-    const times = [], frames = [0], first = [0], info = [], vertices = [];
-    for (let going = true; going; going = this.exports.advance(this.exports.present_time() + interval)) {
-      if (this.exports.present_time() > (times.at(-1) ?? -1)) this.#look(times, frames, first, info, vertices);
+    /** @type {number[][]} */
+    const [times, frames, first, info, vertices] = [[], [0], [0], [], []];
+    for (let going = 1; going; going = this.exports.advance(this.exports.present_time() + interval)) {
+      this.#look(times, frames, first, info, vertices);
     }
-    if (this.exports.present_time() > (times.at(-1) ?? -1)) this.#look(times, frames, first, info, vertices);
+    this.#look(times, frames, first, info, vertices);
     return {
       times: Float64Array.from(times),
       frames: Int32Array.from(frames),
@@ -168,8 +169,10 @@ export class Engine {
   /** @param {number[]} times @param {number[]} frames @param {number[]} first @param {number[]} info
    *  @param {number[]} vertices */
   #look(times, frames, first, info, vertices) {
+    const time = this.exports.present_time();
+    if (time <= (times.at(-1) ?? -1)) return;
     const all = this.#asked(this.exports.outlines());
-    times.push(this.exports.present_time());
+    times.push(time);
     for (let at = 0; at < all.length; ) {
       const end = at + INFO + 2 * all[at + COUNT];
       for (let k = 0; k < INFO; ++k) info.push(all[at + k]);

@@ -1,12 +1,15 @@
 // @ts-check
 // The page: what the user does, the collision that follows, and all that shows it.
-import { forgetColours, surface } from "./canvas.js";
+import { forgetColours } from "./canvas.js";
 import { Diagram } from "./diagram.js";
 import { Engine, outcomeOf } from "./engine.js";
 import { Newest, prepareWorkers, runAll } from "./jobs.js";
+import { exploreDiagram, holdDroplet, listenToKeys } from "./gestures.js";
+import { showLegend } from "./legend.js";
 import { fragmentOf, MOST_LINKED, readFragment } from "./link.js";
 import { OwnData } from "./own.js";
 import { Model, QUANTITIES, rounded, shown } from "./parameters.js";
+import { linesOf, showMarks, showNumbers, summaryOf, WORDS } from "./readout.js";
 import { MOST_POINTS, Points } from "./points.js";
 import { Scene } from "./scene.js";
 import { Tour } from "./tour.js";
@@ -17,12 +20,12 @@ import { copyText, saveBlob, savePng } from "./export.js";
 /** @typedef {import("./engine.js").Run} Run @typedef {import("./parameters.js").Values} Values */
 
 const INTERVAL = 0.02; // between two recorded outlines, t0
-const WORDS = { broke: "breaks", slipped: "slips past", captured: "is caught", failed: "stopped" };
 
 /** @param {string} id @returns {any} */
 const byId = (id) => document.getElementById(id);
 const facts = JSON.parse(byId("facts").textContent);
 const model = new Model(facts);
+const darkScreen = matchMedia("(prefers-color-scheme: dark)");
 const QUANTITY_NAMES = QUANTITIES.map(([name]) => name);
 
 /** What the page shows: everything else follows from it. */
@@ -55,6 +58,9 @@ let cancelMap = null;
 /** @type {string | null} where the time is to be once the run is there */
 let wantedMoment = null;
 let needsDrawing = true;
+const redraw = () => {
+  needsDrawing = true;
+};
 
 /** @param {string} message */
 function trouble(message) {
@@ -150,7 +156,7 @@ function seek(changes, symmetry) {
 
 const endTime = () => run?.recording?.times.at(-1) ?? 1;
 
-/** The time of a moment by its name. @param {string} name */
+/** The time of a moment by its name. @param {string} name @returns {number} */
 function moment(name) {
   if (name === "contact") return run?.contacts[0]?.time ?? scene.entry;
   if (name === "break-up") return run?.breakups[0] ? run.breakups[0].time + 1e-6 : moment("contact");
@@ -203,7 +209,7 @@ function draw() {
   diagram.points = [...own.points, ...points.all];
   diagram.here = here;
   diagram.chosen = own.chosenPoint;
-  diagram.draw();
+  diagram.draw(`${points.version} ${own.version} ${document.documentElement.dataset.theme} ${darkScreen.matches}`);
   const scrub = byId("scrub");
   scrub.max = String(endTime());
   scrub.value = String(state.time);
@@ -228,84 +234,19 @@ function showRefusal() {
 function showRun() {
   if (!run || !here) return;
   const outcome = outcomeOf(run);
-  const badge = byId("outcome");
-  badge.dataset.outcome = outcome;
-  badge.textContent = outcome === "failed" ? "stopped by a guard" : WORDS[outcome];
+  const summary = summaryOf(here, run);
+  byId("outcome").dataset.outcome = outcome;
+  byId("outcome").textContent = WORDS[outcome];
   byId("note").textContent = outcome === "failed" ? facts.guards[run.guard] : run.contacts.length ? "" : "no contact";
-  showMarks();
-  showNumbers();
+  showMarks(byId("marks"), run, endTime(), (name) => goTo(moment(name)));
+  showNumbers(byId("numbers"), here, run);
   showTakeaway();
-  byId("summary").textContent = summary(outcome);
-  const alternative = `Neck, shape parameter and area of the droplets against time. ${summary(outcome)}`;
-  byId("traces").setAttribute("aria-label", alternative);
+  byId("summary").textContent = summary;
+  byId("traces").setAttribute("aria-label", `Neck, shape parameter and area of the droplets against time. ${summary}`);
+  byId("diagram").setAttribute("aria-label", `Symmetry against Ca Ã z̃, ${points.all.length} collisions tried. ${summary}`);
+  byId("footer").textContent = `pinchoff ${facts.version} · this collision: ${run.result.steps} steps, computed in ${run.milliseconds.toFixed(0)} ms here`;
   needsDrawing = true;
   rememberLink();
-}
-
-/** @param {string} outcome */
-function summary(outcome) {
-  const { symmetry, breakup_time: time } = /** @type {Run} */ (run).result;
-  const met = Number.isFinite(symmetry) ? `S = ${shown(symmetry)}, Bk = ${shown(here?.breakupNumber ?? NaN)}` : "no contact";
-  return `The droplet ${outcome === "failed" ? "was stopped by a guard" : WORDS[outcome]}. ${met}.` + (Number.isFinite(time) ? ` It breaks at ${shown(time)} t0.` : "");
-}
-
-function showMarks() {
-  const marks = byId("marks");
-  const named = [
-    ["contact", run?.contacts[0]?.time],
-    ["break-up", run?.breakups[0]?.time],
-  ];
-  marks.replaceChildren();
-  let last = -1;
-  for (const [name, time] of named) {
-    if (typeof time !== "number") continue;
-    const button = document.createElement("button");
-    button.type = "button";
-    button.textContent = String(name);
-    // Two moments close to each other: the words must not lie on each other.
-    const share = Math.min(0.96, Math.max(time / endTime(), last + 0.17));
-    last = share;
-    button.style.left = `${100 * share}%`;
-    button.onclick = () => goTo(moment(String(name)));
-    marks.append(button);
-  }
-}
-
-function showNumbers() {
-  const { result } = /** @type {Run} */ (run);
-  const { groups, breakupNumber } = /** @type {any} */ (here);
-  const q = state.quantities;
-  const time = (/** @type {number} */ t) => (q ? [shown((t * q.diameter * 1e-3) / q.speed), "s"] : [shown(t), "t0"]);
-  const length = (/** @type {number} */ x) => (q ? [shown(x * q.diameter), "µm"] : [shown(x), "D0"]);
-  /** @type {[string, string, string][]} */
-  const rows = [
-    ["S", shown(result.symmetry), ""],
-    ["Bk", shown(breakupNumber), breakupNumber > 1 ? "above the line" : breakupNumber <= 1 ? "below the line" : ""],
-    ["Ca", shown(groups.capillary), ""],
-    ["Ca Ã z̃", shown(groups.strength), `Ã = ${shown(groups.area)}`],
-    ["impact b", .../** @type {[string, string]} */ (length(result.impact_parameter))],
-    ["contact", .../** @type {[string, string]} */ (time(result.contact_time))],
-    ["break-up", .../** @type {[string, string]} */ (time(result.breakup_time))],
-    ["A1/A2", shown(result.small_daughter_area / result.large_daughter_area), result.droplet_count > 2 ? `${result.droplet_count} droplets` : ""],
-    ["thinnest neck", .../** @type {[string, string]} */ (length(Number.isFinite(result.minimum_neck) ? result.minimum_neck : NaN))],
-    ["largest 𝒜", shown(result.maximum_shape_parameter), ""],
-    ["Ca_sim", shown(state.values.simulation_capillary_number), ""],
-    ["D0/R", shown(state.values.size_ratio), ""],
-  ];
-  byId("numbers").replaceChildren(...rows.map(([name, value, unit]) => {
-    const box = document.createElement("div");
-    const dt = document.createElement("dt");
-    const dd = document.createElement("dd");
-    const small = document.createElement("small");
-    dt.textContent = name;
-    dd.textContent = `${value} `;
-    small.textContent = value === "–" ? "" : unit;
-    dd.append(small);
-    box.append(dt, dd);
-    return box;
-  }));
-  const steps = shown(result.steps);
-  byId("footer").textContent = `pinchoff ${facts.version} · this collision: ${steps} steps, computed in ${/** @type {Run} */ (run).milliseconds.toFixed(0)} ms here`;
 }
 
 function showTakeaway() {
@@ -384,35 +325,18 @@ byId("scrub").oninput = () => {
   goTo(Number(byId("scrub").value));
 };
 
-// --- the scene: take the droplet
+// --- hand and keys
 
-/** @type {{y: number, offset: number} | null} */
-let held = null;
-const sceneCanvas = scene.canvas;
-/** @param {PointerEvent} event */
-const inScene = (event) => scene.toPlane(event.offsetX, event.offsetY);
-sceneCanvas.onpointerdown = (event) => {
-  const [x, y] = inScene(event);
-  if (!scene.holds(x, y)) return;
-  held = { y, offset: state.values.offset };
-  sceneCanvas.setPointerCapture(event.pointerId);
+traces.canvas.onpointerdown = (/** @type {PointerEvent} */ event) => {
+  traces.canvas.setPointerCapture(event.pointerId);
   play(false);
+  goTo(traces.toTime(event.offsetX));
 };
-sceneCanvas.onpointermove = (event) => {
-  const [x, y] = inScene(event);
-  const over = held !== null || scene.holds(x, y);
-  sceneCanvas.style.cursor = over ? "ns-resize" : "default";
-  if (over !== scene.hover) {
-    scene.hover = over;
-    needsDrawing = true;
-  }
-  if (held) moveTo(held.offset + y - held.y);
+traces.canvas.onpointermove = (/** @type {PointerEvent} */ event) => {
+  if (event.buttons) goTo(traces.toTime(event.offsetX));
 };
-sceneCanvas.onpointerup = sceneCanvas.onpointercancel = () => (held = null);
-sceneCanvas.onpointerleave = () => {
-  scene.hover = held !== null;
-  needsDrawing = true;
-};
+
+holdDroplet(scene, { offset: () => state.values.offset, moveTo, take: () => play(false), redraw });
 
 /** @param {number} offset */
 function moveTo(offset) {
@@ -420,45 +344,7 @@ function moveTo(offset) {
   set({ offset: Math.min(high, Math.max(low, Number(offset.toFixed(4)))) });
 }
 
-traces.canvas.onpointerdown = (event) => {
-  traces.canvas.setPointerCapture(event.pointerId);
-  play(false);
-  goTo(traces.toTime(event.offsetX));
-};
-traces.canvas.onpointermove = (event) => {
-  if (event.buttons) goTo(traces.toTime(event.offsetX));
-};
-
-sceneCanvas.onkeydown = (event) => {
-  const fine = event.shiftKey ? 0.1 : 1;
-  if (event.key === "ArrowUp") moveTo(state.values.offset + 0.01 * fine);
-  else if (event.key === "ArrowDown") moveTo(state.values.offset - 0.01 * fine);
-  else return;
-  event.preventDefault();
-};
-
-// --- the diagram: take the ring, or a point
-
-/** @type {{x: number, y: number, moved: boolean} | null} */
-let grip = null;
-const diagramCanvas = diagram.canvas;
-diagramCanvas.onpointerdown = (event) => {
-  grip = { x: event.offsetX, y: event.offsetY, moved: false };
-  diagramCanvas.setPointerCapture(event.pointerId);
-};
-diagramCanvas.onpointermove = (event) => {
-  if (!grip) return showTip(event.offsetX, event.offsetY);
-  if (!grip.moved && Math.hypot(event.offsetX - grip.x, event.offsetY - grip.y) < 5) return;
-  grip.moved = true;
-  hideTip();
-  aim(event.offsetX, event.offsetY);
-};
-diagramCanvas.onpointerup = (event) => {
-  if (grip && !grip.moved) pick(event.offsetX, event.offsetY);
-  grip = null;
-};
-diagramCanvas.onpointercancel = () => (grip = null);
-diagramCanvas.onpointerleave = hideTip;
+exploreDiagram(diagram, { aim, pick: bringBack, tell: showTip, hush: () => (byId("tip").hidden = true), now: () => own.chosenPoint ?? here });
 
 /** Ca and S of a place in the diagram. @param {number} px @param {number} py */
 function aim(px, py) {
@@ -467,13 +353,6 @@ function aim(px, py) {
   const wanted = strength / area / facts.ca_per_ca_sim;
   const { low, high } = /** @type {any} */ (model.byName.simulation_capillary_number);
   seek({ simulation_capillary_number: rounded(Math.min(high, Math.max(low, wanted)), 4) }, symmetry);
-}
-
-/** @param {number} px @param {number} py */
-function pick(px, py) {
-  const point = diagram.near(px, py, 14);
-  if (point) bringBack(point);
-  else aim(px, py);
 }
 
 /** @param {any} point of the diagram */
@@ -486,98 +365,17 @@ function bringBack(point) {
   compute();
 }
 
-/** @param {number} px @param {number} py */
-function showTip(px, py) {
-  const point = /** @type {any} */ (diagram.near(px, py, 12));
+/** @param {any} point of the diagram @param {number} px @param {number} py */
+function showTip(point, px, py) {
   const tip = byId("tip");
-  tip.hidden = !point;
-  diagramCanvas.style.cursor = point ? "pointer" : "crosshair";
-  if (!point) return;
+  const { clientWidth: width, clientHeight: height } = diagram.canvas;
+  tip.hidden = false;
   if (point.own !== undefined) own.describe(point.own, tip);
-  else tip.textContent = triedText(point);
-  const right = px > diagramCanvas.clientWidth / 2;
+  else tip.textContent = linesOf(point);
+  const right = px > width / 2;
   tip.style.left = right ? "" : `${px + 16}px`;
-  tip.style.right = right ? `${diagramCanvas.clientWidth - px + 16}px` : "";
-  tip.style.top = `${Math.max(0, Math.min(py - 20, diagramCanvas.clientHeight - tip.offsetHeight))}px`;
-}
-
-/** @param {import("./points.js").Tried} tried */
-function triedText(tried) {
-  const { values, run: { result } } = tried;
-  const ratio = result.small_daughter_area / result.large_daughter_area;
-  return [
-    `${WORDS[/** @type {keyof WORDS} */ (tried.outcome)]}   Bk = ${shown(tried.breakupNumber)}`,
-    `S = ${shown(tried.symmetry)}   Ca = ${shown(tried.groups.capillary)}`,
-    `D0/R = ${shown(values.size_ratio)}   y = ${shown(values.offset)} D0`,
-    Number.isFinite(ratio) ? `A1/A2 = ${shown(ratio)}` : "",
-  ].filter(Boolean).join("\n");
-}
-
-function hideTip() {
-  byId("tip").hidden = true;
-}
-
-diagramCanvas.onkeydown = (event) => {
-  const [x, y] = here ? [diagram.X(here.strength), diagram.Y(here.symmetry)] : [0, 0];
-  const step = event.shiftKey ? 2 : 10;
-  const moves = { ArrowLeft: [-step, 0], ArrowRight: [step, 0], ArrowUp: [0, -step], ArrowDown: [0, step] };
-  const move = moves[/** @type {keyof moves} */ (event.key)];
-  if (move) {
-    event.preventDefault();
-    event.stopPropagation();
-    aim(x + move[0], y + move[1]);
-  } else if (event.key === "n" || event.key === "p") {
-    event.preventDefault();
-    event.stopPropagation();
-    neighbour(event.key === "n" ? 1 : -1);
-  }
-};
-
-/** Bring the next point back, in the order of Ca Ã z̃ and S. @param {number} way */
-function neighbour(way) {
-  const all = [...diagram.points].filter((p) => p.symmetry >= 0).sort((a, b) => a.strength - b.strength || a.symmetry - b.symmetry);
-  if (!all.length) return;
-  const now = own.chosenPoint ?? here;
-  const place = all.findIndex((p) => p === now);
-  bringBack(all[(place + way + all.length) % all.length]);
-}
-
-function showLegend() {
-  const marks = [
-    ["broke", '<circle cx="13" cy="6" r="4.5" fill="var(--broke)"/>'],
-    ["did not", '<circle cx="13" cy="6" r="4.3" fill="none" stroke="var(--unbroken)" stroke-width="1.7"/>'],
-    ["stopped", '<path d="M9 2L17 10M9 10L17 2" stroke="var(--failed)" stroke-width="1.7"/>'],
-    ...(ownPayload ? [["yours", '<path d="M13 0.5L18.5 6L13 11.5L7.5 6Z" fill="var(--broke)"/>']] : []),
-  ].map(([text, drawing]) => {
-    const span = document.createElement("span");
-    span.className = "mark";
-    span.append(symbol(drawing), text);
-    return span;
-  });
-  byId("legend").replaceChildren(...marks, ...lines.map(legendLine));
-}
-
-/** A drawing of our own; never of text from a file. @param {string} drawing */
-function symbol(drawing) {
-  const parsed = new DOMParser().parseFromString(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 26 12" aria-hidden="true">${drawing}</svg>`, "image/svg+xml");
-  return document.importNode(parsed.documentElement, true);
-}
-
-/** @param {any} line @param {number} k */
-function legendLine(line, k) {
-  const label = document.createElement("label");
-  const box = document.createElement("input");
-  box.type = "checkbox";
-  box.checked = !diagram.without.has(line.name);
-  box.onchange = () => {
-    if (box.checked) diagram.without.delete(line.name);
-    else diagram.without.add(line.name);
-    needsDrawing = true;
-    rememberLink();
-  };
-  const dashes = ["5 3", "2 3", "6 2 2 2"][k % 3];
-  label.append(box, symbol(`<path d="M1 6H25" stroke="var(--${line.name})" stroke-width="2.2" stroke-dasharray="${dashes}"/>`), line.label);
-  return label;
+  tip.style.right = right ? `${width - px + 16}px` : "";
+  tip.style.top = `${Math.max(0, Math.min(py - 20, height - tip.offsetHeight))}px`;
 }
 
 byId("log-symmetry").onchange = () => {
@@ -695,8 +493,8 @@ byId("copy-link").onclick = async () => {
 };
 byId("copy-command").onclick = async () => say((await copyText(byId("command").textContent)) ? "The command is copied." : "Mark the command and copy it.");
 byId("copy-python").onclick = async () => say((await copyText(byId("python").textContent)) ? "The program is copied." : "Mark the program and copy it.");
-byId("save-scene").onclick = async () => say(await savePng(sceneCanvas, "collision.png", summary(outcomeOf(/** @type {Run} */ (run)))));
-byId("save-diagram").onclick = async () => say(await savePng(diagramCanvas, "diagram.png", `${points.all.length} collisions, pinchoff ${facts.version}`));
+byId("save-scene").onclick = async () => say(await savePng(scene.canvas, "collision.png", byId("summary").textContent));
+byId("save-diagram").onclick = async () => say(await savePng(diagram.canvas, "diagram.png", `${points.all.length} collisions, pinchoff ${facts.version}`));
 byId("save-points").onclick = () => {
   saveBlob(new Blob([points.csv()], { type: "text/csv" }), "collisions.csv");
   say(`collisions.csv has ${points.all.length} rows; pinchoff fit reads it.`);
@@ -705,7 +503,7 @@ byId("save-points").onclick = () => {
 // --- the user's own data
 
 const own = new OwnData(ownPayload, model, byId, {
-  redraw: () => (needsDrawing = true),
+  redraw,
   simulate: (changes, symmetry) => {
     wantedMoment = "contact";
     state.quantities = null;
@@ -715,39 +513,28 @@ const own = new OwnData(ownPayload, model, byId, {
 
 // --- keys, theme, start
 
-document.onkeydown = (event) => {
-  const target = /** @type {HTMLElement} */ (event.target);
-  if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(target.tagName)) return;
-  if (event.key === " " && /^(BUTTON|SUMMARY|A)$/.test(target.tagName)) return;
-  /** @type {Record<string, () => void>} */
-  const keys = {
-    " ": () => play(!state.playing),
-    ArrowLeft: () => goTo(state.time - (event.shiftKey ? 0.02 : 0.1)),
-    ArrowRight: () => goTo(state.time + (event.shiftKey ? 0.02 : 0.1)),
-    Home: () => goTo(moment("start")),
-    c: () => goTo(moment("contact")),
-    b: () => goTo(moment("break-up")),
-    End: () => goTo(moment("end")),
-    m: () => byId("map").click(),
-    "?": () => byId("help").showModal(),
-  };
-  const act = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
-  if (!act) return;
-  event.preventDefault();
-  act();
-};
+listenToKeys({
+  " ": () => play(!state.playing),
+  ArrowLeft: (coarse) => goTo(state.time - (coarse ? 0.1 : 0.02)),
+  ArrowRight: (coarse) => goTo(state.time + (coarse ? 0.1 : 0.02)),
+  Home: () => goTo(moment("start")),
+  c: () => goTo(moment("contact")),
+  b: () => goTo(moment("break-up")),
+  End: () => goTo(moment("end")),
+  m: () => byId("map").click(),
+  "?": () => byId("help").showModal(),
+});
 
 byId("help-open").onclick = () => byId("help").showModal();
 byId("help-source").textContent = `pinchoff ${facts.version}: the model of Droplet Breakup Against an Isolated Obstacle, Soft Matter 2026, doi 10.1039/D5SM01266J.`;
 
 byId("theme").onclick = () => {
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  const now = document.documentElement.dataset.theme ?? (dark ? "dark" : "light");
+  const now = document.documentElement.dataset.theme ?? (darkScreen.matches ? "dark" : "light");
   document.documentElement.dataset.theme = now === "dark" ? "light" : "dark";
   forgetColours();
   needsDrawing = true;
 };
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+darkScreen.addEventListener("change", () => {
   forgetColours();
   needsDrawing = true;
 });
@@ -774,7 +561,10 @@ async function begin() {
   prepareWorkers(code, byId("worker").textContent);
   newest = new Newest(trouble);
   const found = location.hash.length > 1 ? restore(location.hash) : null;
-  showLegend();
+  showLegend(byId("legend"), lines, diagram.without, ownPayload !== null, () => {
+    redraw();
+    rememberLink();
+  });
   compute();
   requestAnimationFrame(frame);
   engine = await Engine.make(code);
@@ -790,4 +580,4 @@ async function begin() {
 begin().catch((error) => trouble(String(error)));
 
 /** For tests and for the console. */
-Object.assign(window, { explorer: { state, model, points, diagram, scene, own, set, goTo, tour, facts, surface, current: () => ({ run, here, refused }) } });
+Object.assign(window, { explorer: { engine: () => engine, state, model, points, diagram, scene, own, set, goTo, tour, facts, current: () => ({ run, here, refused }) } });

@@ -1,7 +1,7 @@
 // @ts-check
 // The user's own collisions: points in the diagram, filters, and the measured droplet beside a simulated one.
 import { colour, label, surface } from "./canvas.js";
-import { shown } from "./parameters.js";
+import { rounded, shown } from "./parameters.js";
 import { drawOutline, drawPillar } from "./scene.js";
 
 /**
@@ -34,12 +34,13 @@ export class OwnData {
     /** @type {Record<string, any>} conditions by column */
     this.filters = {};
     this.chosen = -1;
+    this.version = 0; // changes with the points
     /** @type {{film: Film, frames: Float32Array[][]} | null} */
     this.film = null;
     if (!payload) return;
     this.count = Object.values(payload.values)[0]?.length ?? 0;
     byId("own").hidden = false;
-    byId("own-title").textContent = payload.title;
+    byId("own-title").textContent = `Your data: ${payload.title}`;
     this.#buildFilters();
     this.#filter();
   }
@@ -60,6 +61,7 @@ export class OwnData {
         if (typeof condition === "string") return String(value) === condition;
         return (condition.low === null && condition.high === null) || (value !== null && value >= (condition.low ?? -Infinity) && value <= (condition.high ?? Infinity));
       });
+    ++this.version;
     this.points = [];
     let unplaced = 0;
     for (let row = 0; row < /** @type {number} */ (this.count); ++row) {
@@ -69,7 +71,7 @@ export class OwnData {
       if (!(strength > 0) || !Number.isFinite(symmetry)) ++unplaced;
       this.points.push({ own: row, strength, symmetry, outcome: this.#outcome(row), small: /** @type {number} */ (this.count) > 400 });
     }
-    const words = [`${this.points.length} of ${this.count} collisions`];
+    const words = [`${this.points.length.toLocaleString("en")} of ${/** @type {number} */ (this.count).toLocaleString("en")} collisions`];
     if (unplaced) words.push(`${unplaced} without a place in the diagram, because S or Ca Ã z̃ is not known`);
     this.byId("own-word").textContent = [words.join("; "), ...(this.payload?.words ?? [])].join(". ") + ".";
     this.page.redraw();
@@ -204,7 +206,7 @@ export class OwnData {
     return {
       symmetry: this.#value("symmetry", row),
       size_ratio: Number.isFinite(ratio) ? ratio : Math.sqrt((4 * area) / Math.PI),
-      simulation_capillary_number: this.#value("capillary_number", row) / this.model.facts.ca_per_ca_sim,
+      simulation_capillary_number: rounded(this.#value("capillary_number", row) / this.model.facts.ca_per_ca_sim, 6),
     };
   }
 

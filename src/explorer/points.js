@@ -7,7 +7,7 @@ import { outcomeOf } from "./engine.js";
  * @typedef {import("./parameters.js").Values} Values
  * @typedef {import("./parameters.js").Quantities} Quantities
  * @typedef {{values: Values, quantities: Quantities | null, run: Run, strength: number, symmetry: number, outcome: string, small: boolean,
- *   breakupNumber: number, groups: {capillary: number, area: number, thickness: number}}} Tried
+ *   breakupNumber: number, groups: ReturnType<import("./parameters.js").Model["groups"]>}} Tried
  */
 
 /** More points than this slow the drawing; the oldest are then forgotten, which the page says. */
@@ -20,6 +20,7 @@ export class Points {
     /** @type {Map<string, Tried>} */
     this.byKey = new Map();
     this.forgotten = 0;
+    this.version = 0; // changes with the points
   }
 
   /** @param {Values} values */
@@ -38,6 +39,7 @@ export class Points {
     // The outlines of thousands of collisions would fill the memory; a click computes them again.
     const light = { ...run, recording: null };
     const tried = { values: { ...values }, quantities, run: light, strength: groups.strength, symmetry, outcome: outcomeOf(run), small: small && (before?.small ?? true), breakupNumber, groups };
+    ++this.version;
     this.byKey.delete(key);
     this.byKey.set(key, tried);
     if (this.byKey.size > MOST_POINTS) {
@@ -49,6 +51,7 @@ export class Points {
 
   clear() {
     this.byKey.clear();
+    ++this.version;
     this.forgotten = 0;
   }
 

@@ -39,7 +39,7 @@ export class Scene {
     /** @type {number[][]} */
     this.streaks = [];
     this.streaksFor = "";
-    /** @type {((x: number, y: number) => ArrayLike<number>) | null} fluid velocity */
+    /** @type {((x: number, y: number) => Float64Array) | null} fluid velocity */
     this.velocity = null;
     this.unitWord = "D0";
   }

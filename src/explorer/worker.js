@@ -13,7 +13,7 @@ self.onmessage = async ({ data }) => {
   try {
     const ready = /** @type {Engine} */ (await engine);
     if (data.job === "seek") self.postMessage({ id: data.id, found: ready.seek(data.row, data.symmetry) });
-    else self.postMessage({ id: data.id, runs: data.rows.map((row) => ready.run(row, data.interval)) });
+    else self.postMessage({ id: data.id, runs: data.rows.map((/** @type {Float64Array} */ row) => ready.run(row, data.interval)) });
   } catch (error) {
     self.postMessage({ id: data.id, error: String(error) });
   }

@@ -80,15 +80,11 @@ class Opened:
 
 
 @pytest.fixture
-def opened(
-    html: str, browser: Any, tmp_path: Path
-) -> Iterator[Callable[..., Opened]]:
+def opened(html: str, browser: Any, tmp_path: Path) -> Iterator[Callable[..., Opened]]:
     """Open the page, with a user's data or a fragment, and hold it to silence at the end."""
     pages: list[Opened] = []
 
-    def open_page(
-        own: dict[str, Any] | None = None, fragment: str = "", **options: Any
-    ) -> Opened:
+    def open_page(own: dict[str, Any] | None = None, fragment: str = "", **options: Any) -> Opened:
         path = tmp_path / f"page{len(pages)}.html"
         write_explorer(path, own)
         context = browser.new_context(reduced_motion="reduce", **options)

@@ -55,7 +55,9 @@ class Engine:
         assert not self.refused(row)
         while self.call("advance", math.inf):
             pass
-        return dict(zip(self.results, self.read(self.call("result"), len(self.results)), strict=True))
+        return dict(
+            zip(self.results, self.read(self.call("result"), len(self.results)), strict=True)
+        )
 
     def numbers(self, what: str, *arguments: float) -> np.ndarray:
         count = self.call(what, *arguments)
@@ -76,9 +78,7 @@ def native(rows: list[Any]) -> list[dict[str, float]]:
     return [dict(zip(_core.RESULT_FIELDS, row, strict=True)) for row in table.tolist()]
 
 
-def assert_same(
-    here: dict[str, float], there: dict[str, float], tolerance: float = 1e-12
-) -> None:
+def assert_same(here: dict[str, float], there: dict[str, float], tolerance: float = 1e-12) -> None:
     assert here["outcome"] == there["outcome"]
     assert here["guard"] == there["guard"]
     assert here["symmetry"] == pytest.approx(there["symmetry"], abs=tolerance, rel=0, nan_ok=True)
@@ -134,9 +134,8 @@ ILL_CONDITIONED = {("edge_stiffness", 1e-6): 1e-5}
 def test_the_limits_of_every_parameter_are_the_same(engine: Engine, name: str, value: Any) -> None:
     try:
         parameters = Parameters(**{name: value})
-    except InputError as error:  # at its limit, but not beside the other defaults
-        assert error.argument
-        return
+    except InputError:
+        pytest.skip("possible, but not beside the other defaults")
     # A whole collision where that is quick, its first steps where it is not.
     limit = min(parameters.time_limit, MOST_STEPS * parameters.effective_time_step)
     row = parameters.replace(time_limit=max(0.01, limit)).model_row()
@@ -166,6 +165,14 @@ def test_a_row_with_a_bad_number_is_refused(engine: Engine, name: str, bad: floa
     assert engine.call("advance", math.inf) == 0, "nothing runs after a refusal"
 
 
+def refused_argument(values: dict[str, Any]) -> str:
+    try:
+        Parameters(**values)
+    except InputError as error:
+        return error.argument
+    return ""
+
+
 def test_rows_are_refused_just_where_the_parameters_are(engine: Engine) -> None:
     random = np.random.default_rng(3)
     default = Parameters()
@@ -186,13 +193,9 @@ def test_rows_are_refused_just_where_the_parameters_are(engine: Engine) -> None:
             row[place[name]] = values[name]
         row[place["neck_separation_in_diameters"]] = values["neck_separation_unit"] == "diameter"
         row[place["time_step"]] = 1e-5
-        try:
-            Parameters(**values)
-        except InputError as error:
-            refused += 1
-            assert engine.refused(row) == error.argument
-        else:
-            assert engine.refused(row) == ""
+        expected = refused_argument(values)
+        refused += expected != ""
+        assert engine.refused(row) == expected
     assert 50 < refused < 290
 
 

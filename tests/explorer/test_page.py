@@ -74,7 +74,12 @@ def test_rows_made_in_the_page_are_those_made_in_python(opened: Open) -> None:
 
 def test_values_are_refused_as_in_python(opened: Open) -> None:
     page = opened()
-    for name, value in (("offset", 9), ("vertex_count", 15.5), ("line_tension", 0), ("time_step", 1)):
+    for name, value in (
+        ("offset", 9),
+        ("vertex_count", 15.5),
+        ("line_tension", 0),
+        ("time_step", 1),
+    ):
         page.page.evaluate("([name, value]) => explorer.set({[name]: value})", [name, value])
         said = page.page.inner_text("#refusal")
         with pytest.raises(po.InputError) as error:
@@ -89,7 +94,9 @@ def test_values_are_refused_as_in_python(opened: Open) -> None:
 def test_the_droplet_is_dragged(opened: Open) -> None:
     page = opened()
     box = page.page.locator("#scene").bounding_box()
-    handle = page.value("(explorer.scene.handle - explorer.scene.view.left) * explorer.scene.view.scale")
+    handle = page.value(
+        "(explorer.scene.handle - explorer.scene.view.left) * explorer.scene.view.scale"
+    )
     scale = page.value("explorer.scene.view.scale")
     mouse = page.page.mouse
     y = box["y"] + box["height"] / 2 - 0.05 * scale
@@ -158,12 +165,14 @@ def test_a_slice_is_mapped_and_a_point_brought_back(opened: Open) -> None:
     page.until("document.getElementById('map-word').textContent.includes('16 collisions')")
     mapped = page.value("explorer.points.all.filter(p => p.small).map(p => [p.values, p.outcome])")
     assert len(mapped) == 16
-    table = po.simulate_many([Parameters(**{k: v for k, v in values.items() if v is not None}) for values, _ in mapped])
+    table = po.simulate_many(
+        [Parameters(**{k: v for k, v in values.items() if v is not None}) for values, _ in mapped]
+    )
     assert [outcome for _, outcome in mapped] == list(table["outcome"])
     box = page.page.locator("#diagram").bounding_box()
     spot = page.value(
-        "(() => { const p = explorer.points.all.filter(p => p.small && p.symmetry > 0.3)[0];"
-        " return [explorer.diagram.X(p.strength), explorer.diagram.Y(p.symmetry), p.values.offset]; })()"
+        "(p => [explorer.diagram.X(p.strength), explorer.diagram.Y(p.symmetry), p.values.offset])"
+        "(explorer.points.all.filter(p => p.small && p.symmetry > 0.3)[0])"
     )
     page.page.mouse.move(box["x"] + spot[0], box["y"] + spot[1])
     assert page.page.locator("#tip").is_visible()
@@ -274,8 +283,10 @@ def test_physical_quantities_give_pythons_groups(opened: Open) -> None:
     field.fill("96")
     field.press("Tab")
     quantities = page.value("explorer.state.quantities")
-    units = page.value("({diameter: 'um', obstacle_radius: 'um', thickness: 'um', speed: 'mm/s', "
-                       "viscosity: 'mPa s', surface_tension: 'mN/m', offset: 'um'})")
+    units = page.value(
+        "({diameter: 'um', obstacle_radius: 'um', thickness: 'um', speed: 'mm/s', "
+        "viscosity: 'mPa s', surface_tension: 'mN/m', offset: 'um'})"
+    )
     p = Parameters.from_physical(**{k: f"{v!r} {units[k]}" for k, v in quantities.items()})
     values = page.value("explorer.state.values")
     for name in ("size_ratio", "simulation_capillary_number", "offset"):
@@ -322,9 +333,13 @@ def test_touch_moves_the_droplet(opened: Open) -> None:
     page = opened(has_touch=True, is_mobile=True, viewport={"width": 360, "height": 740})
     page.page.evaluate(
         """() => {
-        const canvas = document.getElementById('scene'), s = explorer.scene, box = canvas.getBoundingClientRect();
-        const at = (x, y) => ({clientX: box.left + (x - s.view.left) * s.view.scale,
-            clientY: box.top + box.height / 2 - y * s.view.scale, pointerId: 5, pointerType: 'touch', bubbles: true});
+        const canvas = document.getElementById('scene'), s = explorer.scene;
+        const box = canvas.getBoundingClientRect();
+        const at = (x, y) => ({
+            clientX: box.left + (x - s.view.left) * s.view.scale,
+            clientY: box.top + box.height / 2 - y * s.view.scale,
+            pointerId: 5, pointerType: 'touch', bubbles: true,
+        });
         canvas.setPointerCapture = () => {};
         canvas.dispatchEvent(new PointerEvent('pointerdown', at(s.handle, 0.05)));
         canvas.dispatchEvent(new PointerEvent('pointermove', at(s.handle, 0.15)));

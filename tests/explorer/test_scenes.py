@@ -34,9 +34,7 @@ def test_the_tour_has_twenty_stops_of_three_sentences() -> None:
 
 
 def test_the_examples_lie_where_their_names_say() -> None:
-    numbers = {
-        each["title"]: scene(each["title"]).to_row()["breakup_number"] for each in SCENES
-    }
+    numbers = {each["title"]: scene(each["title"]).to_row()["breakup_number"] for each in SCENES}
     assert 0.9 < numbers["just below the line"] < 1.0 < numbers["just above the line"] < 1.2
     assert scene("head-on").symmetry == pytest.approx(1.0)
 

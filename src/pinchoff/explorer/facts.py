@@ -99,7 +99,8 @@ def _limits(name: str) -> dict[str, Any]:
     """Return the limits, the choices and whether only whole numbers will do."""
     schema = Parameters.model_json_schema()["properties"][name]
     kinds = [schema, *schema.get("anyOf", ())]
-    number = next((kind for kind in kinds if kind.get("type") in ("number", "integer")), {})
+    numbers = [kind for kind in kinds if kind.get("type") in ("number", "integer")]
+    number: dict[str, Any] = numbers[0] if numbers else {}
     choices = None if number else schema.get("enum")
     return {
         "low": number.get("minimum"),
@@ -125,4 +126,3 @@ def _scenes() -> tuple[list[Mapping[str, Any]], list[Mapping[str, Any]]]:
     text = resources.files(__package__).joinpath("scenes.toml").read_text(encoding="utf-8")
     scenes = tomllib.loads(text)
     return scenes["example"], scenes["tour"]
-

@@ -28,9 +28,7 @@ _NEAR = 3.0  # droplets so near to the pillar are shown, D0
 _BEFORE, _AFTER = 3.0, 1.5  # how long before the contact and after the end, D0/v
 
 
-def filmed(
-    folder: Path, frame: pd.DataFrame
-) -> tuple[dict[int, Any], dict[int, str], list[str]]:
+def filmed(folder: Path, frame: pd.DataFrame) -> tuple[dict[int, Any], dict[int, str], list[str]]:
     """Return films and pictures of the collisions of `pinchoff video`.
 
     Parameters
@@ -55,29 +53,32 @@ def filmed(
     from pinchoff.video.writing import require_video_extra
 
     require_video_extra("explore")
-    known = np.isfinite(frame[["flow_direction_deg", "area_um2", "speed_mm_s"]]).all(axis=1)
+    measured = frame[["flow_direction_deg", "area_um2", "speed_mm_s"]].to_numpy(np.float64)
+    known = np.isfinite(measured).all(axis=1)
     order = np.argsort(~(frame["accepted"].to_numpy(bool) & known), kind="stable")
     chosen = sorted(int(row) for row in order[:MOST_FILMS])
     films: dict[int, Any] = {}
     thumbnails: dict[int, str] = {}
-    for clip, rows in frame.iloc[chosen].groupby("clip"):
-        place = folder / CLIPS / str(clip)
-        for number, row in rows.iterrows():
-            name = clip_folder.thumbnail_name(row.contact_frame, row.track_id, row.obstacle_id)
-            picture = place / clip_folder.THUMBNAILS / name
+    clips = frame["clip"].to_numpy(str)
+    for clip in dict.fromkeys(clips[chosen].tolist()):
+        place = folder / CLIPS / clip
+        path = place / clip_folder.OUTLINES
+        outlines = Outlines.load(path) if path.is_file() else None
+        for number in (row for row in chosen if clips[row] == clip):
+            row = {str(name): value for name, value in frame.iloc[number].items()}
+            ids = (int(row[n]) for n in ("contact_frame", "track_id", "obstacle_id"))
+            picture = place / clip_folder.THUMBNAILS / clip_folder.thumbnail_name(*ids)
             if picture.is_file():
                 data = base64.b64encode(picture.read_bytes()).decode()
-                thumbnails[int(number)] = f"data:image/jpeg;base64,{data}"  # type: ignore[call-overload]
-        path = place / clip_folder.OUTLINES
-        if path.is_file():
-            outlines = Outlines.load(path)
-            for number, row in rows[known.loc[rows.index]].iterrows():
-                film = _film_of(outlines, row.to_dict())
-                if film is not None:
-                    films[int(number)] = film  # type: ignore[call-overload]
+                thumbnails[number] = f"data:image/jpeg;base64,{data}"
+            film = _film_of(outlines, row) if outlines is not None and known[number] else None
+            if film is not None:
+                films[number] = film
     words = []
     if len(frame) > MOST_FILMS:
-        words.append(f"outlines and pictures of {MOST_FILMS}, accepted ones first, are in this page")
+        words.append(
+            f"outlines and pictures of {MOST_FILMS}, accepted ones first, are in this page"
+        )
     return films, thumbnails, words
 
 

@@ -1,4 +1,4 @@
-"""A user's collisions as the page takes them: points with their columns, filmed outlines, pictures."""
+"""A user's collisions as the page takes them: points with their columns, outlines, pictures."""
 
 from __future__ import annotations
 
@@ -60,10 +60,11 @@ def own_data(
     films: dict[int, Any] = {}
     thumbnails: dict[int, str] = {}
     lines: list[dict[str, Any]] = []
+    words: list[str] = []
     if (place / RUN).is_file():
         from pinchoff.explorer.films import simulated_film
 
-        frame, words = _of_run(place), []
+        frame = _of_run(place)
         films = simulated_film(place)
     elif (place / TABLE).is_file() or (place / LAW).is_file():
         frame, words = _thinned(*_of_results(place))
@@ -116,9 +117,7 @@ def _of_run(folder: Path) -> pd.DataFrame:
     return pd.DataFrame([{"source": "simulation", **plain}])
 
 
-def _of_table(
-    place: Path, own: Mapping[str, Mapping[str, str]]
-) -> tuple[pd.DataFrame, list[str]]:
+def _of_table(place: Path, own: Mapping[str, Mapping[str, str]]) -> tuple[pd.DataFrame, list[str]]:
     """Read a sweep or a table of ours as it stands, and any other as `pinchoff fit` does."""
     from pinchoff.collisions.importing import import_collisions
     from pinchoff.collisions.parquet import read_collisions
