@@ -268,7 +268,8 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
                       nullptr, 0};
     const std::vector<Vec2> before = one[0].velocities();
     const double time = 1.0 / ring.drag_rate;
-    best_kernels().shift_velocities(scene, time);
+    ring.shift = time;
+    best_kernels().shift_velocities(scene);
     std::vector<Vec2> a = one[0].velocities();
     for (std::size_t i = 0; i < a.size(); ++i)
         a[i] = ring.drag_rate / relaxation(ring.drag_rate, time).replaced * (a[i] - before[i]);
@@ -282,11 +283,40 @@ static nb::tuple touches_of(Row row, Points one, Points other, double diameter_o
     const Droplet a = droplet_of(model, one, one, diameter_one),
                   b = droplet_of(model, other, other, diameter_other);
     ContactLists lists;
-    const PairRoom room = list_pair(lists, best_kernels(), a.ring, 0, b.ring, 1);
+    Survey box_a, box_b;
+    best_kernels().survey(a.ring, box_a);
+    best_kernels().survey(b.ring, box_b);
+    const PairRoom room = list_pair(lists, a.ring, 0, box_a.box, b.ring, 1, box_b.box, Vec2{0, 0});
     nb::list list;
     for (const DropletContact& c : lists.touches)
         list.append(nb::make_tuple(c.vertex, c.first_edge, c.edge_count));
     return nb::make_tuple(room.allowed, room.depth, list);
+}
+
+/// For tests: all contacts that an island lists, and how far its vertices may then move.
+static nb::tuple contact_lists(Row row, const std::vector<Points>& outlines, Triples obstacles,
+                               double period_x, double period_y, bool exhaustive) {
+    const Model model = checked_model(row);
+    World world{model, uniform_flow(0.0, 0.0).flow,
+                ObstacleGrid(obstacles_of(obstacles), {period_x, period_y}), best_kernels(),
+                Period{period_x, period_y}};
+    world.retires = true;  // no guard ends it
+    world.exhaustive = exhaustive;
+    Island island(world);
+    for (const Points& outline : outlines) {
+        const std::vector<Vec2> r = points_of(outline);
+        Droplet d(model, signed_area(r), r, std::vector<Vec2>(r.size(), Vec2{0, 0}));
+        for (int o = 0; o < static_cast<int>(world.obstacles.obstacles().size()); ++o) d.meet(o);
+        island.add(std::move(d));
+    }
+    island.begin(0.0);
+    nb::list walls, touches;
+    for (const WallContact& c : island.seen().lists.walls)
+        walls.append(nb::make_tuple(c.ring, c.first, c.last, c.obstacle.x, c.obstacle.y));
+    for (const DropletContact& c : island.seen().lists.touches)
+        touches.append(nb::make_tuple(c.ring, c.vertex, c.other, c.first_edge, c.edge_count,
+                                      c.image_x, c.image_y));
+    return nb::make_tuple(walls, touches);
 }
 
 /// For tests: the list of one droplet's vertices that may feel an obstacle which it has met.
@@ -438,6 +468,13 @@ void bind_collision(nb::module_& m) {
           "of another (m, 2):\n"
           "(displacement of all vertices below which the list stays complete, depth, list of "
           "(vertex, first edge, edges)).\nFor tests.");
+    m.def("contact_lists", &contact_lists, "model"_a, "outlines"_a, "obstacles"_a,
+          "period_x"_a = 0.0, "period_y"_a = 0.0, "exhaustive"_a = false,
+          "All contacts that the engine lists among droplets (n, 2) that have met the obstacles "
+          "(M, 3):\n"
+          "(walls (droplet, first, last + 1, x, y), touches (droplet, vertex, other, first edge, "
+          "edges, image x, image y)).\n"
+          "exhaustive: everybody is compared with everybody. For tests.");
     m.def("wall_vertices", &wall_vertices, "model"_a, "outline"_a, "x"_a, "y"_a, "radius"_a,
           "Vertices of a droplet (n, 2) that the engine lists as near an obstacle: (displacement "
           "below which the list\n"
