@@ -33,10 +33,13 @@ struct DropletLook {
     double relative = 0, drift = 0;  // path over the last block: relative to the drift, and its own
 };
 
+/// The number of a droplet that has none yet.
+inline constexpr int kNoNumber = -1;
+
 /// Owns the arrays that its `ring` points to.
 class Droplet {
 public:
-    int id = -1;  // none yet
+    int id = kNoNumber;
     int generation = 0;
     Ring ring;
     double lag = 0;              // how far its velocities are behind its positions, in time
@@ -47,6 +50,7 @@ public:
     std::vector<ObstacleImage> near;  // obstacles near that box
     DropletLook seen;                 // from one island to the next
 
+    int place = -1;  // where it stood when its window began
     double travel = std::numeric_limits<double>::infinity();   // way that its island reckons with
     double travelled = 0;                                      // bound on its way since it began
     double mended = -std::numeric_limits<double>::infinity();  // when it was last re-spaced
@@ -103,6 +107,14 @@ public:
         for (int i = 0; i < ring.padded; ++i) {
             ring.vx[i] = v[i % ring.count].x;
             ring.vy[i] = v[i % ring.count].y;
+        }
+    }
+
+    /// Shift it whole.
+    void move_by(Vec2 way) {
+        for (int i = -1; i <= ring.padded; ++i) {
+            ring.x[i] += way.x;
+            ring.y[i] += way.y;
         }
     }
 

@@ -293,10 +293,11 @@ inline void Island::mend(const Finding& found) {
 
 /// A droplet that takes the place of another, or of a part of it.
 inline Droplet Island::heir(const Droplet& parent, Droplet droplet) {
-    droplet.id = -1;
+    droplet.id = kNoNumber;
     droplet.generation = parent.generation + 1;
     droplet.contacted = parent.contacted;
     droplet.lag = parent.lag;
+    droplet.place = parent.place;
     droplet.travel = parent.travel;
     droplet.travelled = parent.travelled;
     return droplet;

@@ -76,8 +76,13 @@ public:
     Island(const Island&) = delete;
     Island(Island&&) = default;
 
-    /// Takes a droplet in, before `begin`; returns its number where it has none yet.
+    /// Takes a droplet in; one that has no number yet is given one: 0, 1, ..., or, where an
+    /// emulsion gives the final ones, -2, -3, .... Returns its number.
     int add(Droplet droplet);
+    int ids_given() const { return ids_given_; }
+
+    /// Empty, as if new, with its memory kept.
+    void clear();
 
     /// Starts the clock at a time, with the model's step or the part of it that is safe for all.
     void begin(double time);
@@ -122,7 +127,7 @@ private:
     std::int64_t sample_steps_ = 1;
     std::int64_t step_ = 0;
     std::int64_t steps_taken_ = 0, vertex_updates_ = 0;
-    int next_id_ = 0;
+    int ids_given_ = 0;
     int watched_ = -1;
     bool strayed_ = false;  // whether a droplet went further than its `travel`
     Alarm alarm_;
@@ -196,10 +201,27 @@ inline constexpr double kKeptMargin = 0.25;
 inline constexpr int kFewBodies = 8;
 
 inline int Island::add(Droplet droplet) {
-    if (droplet.id < 0) droplet.id = next_id_++;
+    if (droplet.id == kNoNumber) {
+        droplet.id = world_->retires ? -2 - ids_given_ : ids_given_;
+        ++ids_given_;
+    }
     look_.droplets.push_back(droplet.seen);
     droplets_.push_back(std::move(droplet));
     return droplets_.back().id;
+}
+
+inline void Island::clear() {
+    droplets_.clear();
+    gone_.clear();
+    contacts_.clear();
+    breakups_.clear();
+    refusals_.clear();
+    look_.droplets.clear();
+    look_.lists.clear();
+    boxes_.clear();
+    ids_given_ = 0;
+    steps_taken_ = vertex_updates_ = 0;
+    alarm_ = {};
 }
 
 inline void Island::begin(double time) {
@@ -209,6 +231,8 @@ inline void Island::begin(double time) {
     sample_steps_ = std::max<std::int64_t>(1, std::llround(world_->sample_interval / time_step_));
     strayed_ = false;
     renew_steps();
+    const auto in_step = [&](const Droplet& d) { return d.lag == 0.5 * time_step_; };
+    if (std::ranges::all_of(droplets_, in_step)) return;
     survey();
     list_contacts();
     set_lags(0.5 * time_step_);
@@ -233,9 +257,13 @@ inline void Island::renew_steps() {
     for (const Droplet& d : droplets_)
         if (d.ring.mass < 1.0 - 1e-9) safe = std::min(safe, safe_time_step(d.ring));
     if (safe < time_step_) {
-        const double parts = std::ceil(time_step_ / safe);
-        const double in_all = world_->model.time_step / time_step_ * parts;
-        if (!(in_all <= limit_of(Guard::time_step))) return stop(Guard::time_step, in_all);
+        double parts = std::ceil(time_step_ / safe);
+        const double so_far = world_->model.time_step / time_step_;
+        if (!(so_far * parts <= limit_of(Guard::time_step))) {
+            if (!world_->retires) return stop(Guard::time_step, so_far * parts);
+            // The droplet that wants more is then refused by the guards on itself.
+            parts = std::max(1.0, std::floor(limit_of(Guard::time_step) / so_far));
+        }
         time_step_ /= parts;
         step_ *= static_cast<std::int64_t>(parts);
         sample_steps_ *= static_cast<std::int64_t>(parts);

@@ -1,52 +1,13 @@
 // Bindings of the collision: rows of numbers in, rows of numbers and outlines out.
-#include "bindings.hpp"
-
-#include <chrono>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
 
 #include "pinchoff/collision.hpp"
 #include "pool.hpp"
+#include "runs.hpp"
 
 namespace pinchoff {
-
-using Row = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-/// A flow as Python holds it: the plain description and, for a sampled one, its node values.
-struct FlowObject {
-    Flow flow;
-    std::vector<double> nodes;
-};
-
-static Model model_of(const double* row) {
-    Model model;
-    std::memcpy(&model, row, sizeof model);
-    return model;
-}
-
-/// Refuses a model whose run could not be counted.
-static Model clocked(const Model& model) {
-    if (const char* rule = wrong_clock(model))
-        throw nb::value_error(
-            (std::string("model: ") + rule + "; got another number; use Parameters.model_row()")
-                .c_str());
-    return model;
-}
-
-static Model row_model(Row row) {
-    if (row.shape(0) != static_cast<std::size_t>(kModelFields))
-        throw nb::value_error(
-            "model must have one number for each of MODEL_FIELDS; got another length; "
-            "use Parameters.model_row()");
-    return model_of(row.data());
-}
-
-static Model checked_model(Row row) { return clocked(row_model(row)); }
 
 static Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;
@@ -102,15 +63,6 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
     return array_of(out);
 }
 
-static std::vector<Obstacle> obstacles_of(Triples rows) {
-    std::vector<Obstacle> list;
-    for (std::size_t i = 0; i < rows.shape(0); ++i) {
-        const double* o = rows.data() + 3 * i;
-        list.push_back({o[0], o[1], o[2]});
-    }
-    return list;
-}
-
 /// A collision together with the flow that it refers to.
 struct System {
     nb::object flow;  // keeps the node values alive
@@ -119,34 +71,10 @@ struct System {
 
 static void make_system(System* self, Row model, nb::object flow, Triples obstacles,
                         Triples droplets) {
-    std::vector<Start> starts;
-    for (std::size_t i = 0; i < droplets.shape(0); ++i) {
-        const double* d = droplets.data() + 3 * i;
-        starts.push_back({d[0], d[1], d[2]});
-    }
     const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts,
-                                      best_kernels())};
+    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles),
+                                      starts_of(droplets), best_kernels())};
 }
-
-/// Says, ten times a second at most, whether Python has a signal for this thread.
-class SignalWatch {
-public:
-    bool operator()() {
-        const auto now = std::chrono::steady_clock::now();
-        if (!pending_ && now - last_ > std::chrono::milliseconds(100)) {
-            last_ = now;
-            const nb::gil_scoped_acquire gil;
-            pending_ = PyErr_CheckSignals() != 0;
-        }
-        return pending_;
-    }
-    bool pending() const { return pending_; }
-
-private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-    bool pending_ = false;
-};
 
 static void advance_system(System& self, double time) {
     SignalWatch watch;
@@ -380,12 +308,6 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
                      kResultFields);
 }
 
-static nb::tuple tuple_of(const std::vector<const char*>& names) {
-    nb::list list;
-    for (const char* n : names) list.append(nb::str(n));
-    return nb::tuple(list);
-}
-
 void bind_collision(nb::module_& m) {
 #define PINCHOFF_NAME(name) #name,
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
@@ -502,4 +424,5 @@ NB_MODULE(_core, m) {
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_collision(m);
+    pinchoff::bind_emulsion(m);
 }
