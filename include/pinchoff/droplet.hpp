@@ -29,7 +29,7 @@ struct DropletLook {
     bool scanned = false;  // whether `neck` is of this instant
     double neck_room =
         -1.0;  // how far the vertices may still move before a neck can be thin enough
-    double thinnest = std::numeric_limits<double>::infinity();  // no chord across is shorter
+    double thinnest = 0;  // no chord across is shorter
     double relative = 0, drift = 0;  // path over the last block: relative to the drift, and its own
 };
 

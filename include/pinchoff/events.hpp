@@ -133,10 +133,12 @@ inline Finding Island::look_at_necks(Look& look) const {
         const Droplet& d = droplets_[i];
         const Ring& ring = d.ring;
         DropletLook& seen = look.droplets[i];
-        if (ring.diameter < world_->smallest_breaking) continue;
+        const bool breaks = !(ring.diameter < world_->smallest_breaking);
         const double way = seen.survey.relative_speed * time_step_ * steps_to_sample();
-        if (seen.neck_room > way / kBlockSafety && !(d.id == watched_ && at_sample())) {
-            found.budget.relative = std::min(found.budget.relative, seen.neck_room);
+        // One that does not break is looked at for its own sides alone, once they come near.
+        const double room = breaks ? seen.neck_room : 0.5 * seen.thinnest - 3.0 * ring.rest_length;
+        if (room > way / kBlockSafety && !(d.id == watched_ && at_sample())) {
+            found.budget.relative = std::min(found.budget.relative, room);
             continue;
         }
         const double threshold = world_->model.neck_thickness * ring.diameter;
@@ -149,6 +151,7 @@ inline Finding Island::look_at_necks(Look& look) const {
         seen.scanned = true;
         seen.neck_room = std::max(seen.neck.budget, 0.0);
         seen.thinnest = std::sqrt(seen.neck.nearest2);
+        if (!breaks) continue;
         if (seen.neck.thickness2 < threshold * threshold)
             return Finding::event(static_cast<int>(i));
         found.budget.relative = std::min(found.budget.relative, seen.neck_room);
