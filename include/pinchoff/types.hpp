@@ -66,11 +66,13 @@ struct Ring {
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
+    double shift = 0;                 // time for shift_velocities, which may be negative
 
     bool pushed = false;  // whether push_x, push_y take part in this block
 };
 
-/// Vertices [first, last) of one droplet that may feel one obstacle; both are multiples of kLanes.
+/// Vertices [first, last) of one droplet that may feel one obstacle, or an image of it that is
+/// periods away; both are multiples of kLanes.
 struct WallContact {
     int ring, first, last;
     Obstacle obstacle;
@@ -102,6 +104,11 @@ struct NeckScan {
     double nearest2;  // square of the shortest chord between vertices kApart or more edges apart
 };
 
+/// A rectangle along the axes.
+struct Box {
+    double left, right, bottom, top;
+};
+
 /// What one look over the vertices of a droplet gives.
 struct Survey {
     double area;  // signed
@@ -109,6 +116,7 @@ struct Survey {
     double speed;           // largest |v_i|
     double relative_speed;  // largest |v_i - v_drift|
     double reach;  // root of the sum of squared coordinates; not finite when one of them is not
+    Box box;
 };
 
 /// Room that a look at the neck needs.
@@ -125,8 +133,8 @@ struct Kernels {
     const char* name;
     /// Advance every ring by `steps` leapfrog steps of `time_step`, adding to `path`.
     void (*advance)(const Scene&, double time_step, int steps);
-    /// Carry the velocities alone over `time`, which may be negative.
-    void (*shift_velocities)(const Scene&, double time);
+    /// Carry the velocities alone, of each ring over its `shift`.
+    void (*shift_velocities)(const Scene&);
     void (*survey)(const Ring&, Survey&);
     /// Smallest squared distance of each chunk's vertices from a point: out (padded / kLanes).
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);

@@ -78,7 +78,7 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
     return _core.UniformFlow(checked_number("vx", vx, _ADVICE), checked_number("vy", vy, _ADVICE))
 
 
-def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
+def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike, *, periodic: str = "") -> Flow:
     """Flow given at the nodes of a regular grid, bicubic between them.
 
     What lies between two nodes is not known to the flow: some ten nodes across each obstacle's
@@ -92,6 +92,8 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         As `x`.
     u, v : array_like, shape (ny, nx)
         The velocity's x and y components at the nodes, v_f∞.
+    periodic : {"", "x", "y", "xy"}, optional
+        Axes along which the flow repeats itself: the node after the last one is the first.
 
     Raises
     ------
@@ -107,6 +109,9 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
     [[1.5, -0.5]]
     """
     x_nodes, y_nodes = _axis("x", x), _axis("y", y)
+    if periodic not in ("", "x", "y", "xy"):
+        advice = "leave it out where the flow does not repeat itself"
+        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
     shape = (y_nodes.size, x_nodes.size)
     return _core.SampledFlow(
         x_nodes[0],
@@ -115,6 +120,8 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         (y_nodes[-1] - y_nodes[0]) / (y_nodes.size - 1),
         _component("u", u, shape),
         _component("v", v, shape),
+        periodic_x="x" in periodic,
+        periodic_y="y" in periodic,
     )
 
 
