@@ -169,7 +169,8 @@ def configuration(config: Path | None, preset: str | None) -> tuple[Parameters, 
 
     if config is None:
         name = preset or "default"
-        return Parameters.preset(name), name
+        with named_as_options("preset"):
+            return Parameters.preset(name), name
     if preset is not None:
         raise InputError.of(
             "--preset", "left out beside a file", preset, f"write the preset into {config}"

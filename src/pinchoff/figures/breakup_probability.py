@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _DATA, _LAW, _STEP = palette.BLACK, palette.BLUE, palette.ORANGE
 _NEAR = (0.3, 3.0)  # Bk of the inset
 _PER_DECADE, _PER_DECADE_NEAR = 6, 20
-_LOWEST = 1e-6  # Bk; so small a droplet has grazed the obstacle
+_LOWEST = 1e-6  # Bk; below this the droplet has only grazed the obstacle
 _FEWEST = 40  # collisions in a bin: bins with fewer are joined
 
 
@@ -34,7 +34,7 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
     table : DataFrame
         Checked collisions.
     fit : LawFit
-        Which gives Bk and the sigmoid.
+        The fitted law: it gives Bk and the sigmoid curve.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 

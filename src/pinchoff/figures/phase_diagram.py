@@ -45,7 +45,7 @@ SYMMETRY = "symmetry $S$"
 _GRAZING = 0.02  # S: from here on down a droplet only grazes the obstacle
 _SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
 _SMALLEST = 0.7
-_FILLED = 1.6  # marks below this size are not drawn open: they would be all rim
+_FILLED = 1.6  # smaller marks are filled: an open one would be nothing but its rim
 
 
 def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
@@ -77,7 +77,8 @@ def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
         logarithmic_axes(axes, span, (_lowest_symmetry(points), 1.15))
         draw_outcomes(axes, points.forcing, points.symmetry, points.broke)
         for line, name, color, dashes in PAPER_LINES:
-            halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]  # stands out of a crowd
+            # a white rim, so that the line is seen among many marks
+            halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]
             draw_line(axes, line, span, color=color, ls=dashes, label=name, path_effects=halo)
         axes.set_xlabel(CONTROL_PARAMETER)
         axes.set_ylabel(SYMMETRY)
@@ -163,7 +164,7 @@ def separated_outcomes(
     seen = table[table["symmetry"] > 0]
     symmetry = seen["symmetry"].to_numpy()
     broke = seen["broke"].to_numpy(dtype=bool)
-    # Bk = Ca Ã z̃ (S/α)^(-1/β), with the exponents that were fitted: so this is Ca Ã z̃.
+    # Bk = Ca Ã z̃ (S/α)^(-1/β) with the fitted exponents, so the product is Ca Ã z̃ with them.
     forcing = fit.breakup_number(seen) * (symmetry / fit.line.alpha) ** (1.0 / fit.line.beta)
     with style.journal_style():
         if axes is None:

@@ -45,7 +45,7 @@ class Window(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """What one unit of a run's length and time is called, and how much it is."""
+    """The units in which a run's lengths and times are written, and their sizes."""
 
     length: float
     length_unit: str
@@ -67,7 +67,7 @@ class Scale(NamedTuple):
     def time_label(self, time: float) -> str:
         """Return the label of a time given in t0."""
         value = time * self.time
-        # Two decimals of t0; of a physical time the digits that this resolution is worth.
+        # Two decimals of t0, and as many digits of a physical time as those stand for.
         decimals = max(0, 2 - math.floor(math.log10(self.time)))
         return f"$t$ = {value:.{decimals}f} {self.time_unit}"
 

@@ -31,7 +31,7 @@ DOTS_PER_INCH = 300
 #: Marks of groups that are told apart by mark and colour.
 MARKERS = "osD^vPX*"
 
-_SALT = "pinchoff"  # of the names inside an SVG: the same figure is the same file
+_SALT = "pinchoff"  # for the names inside an SVG, so that the same figure gives the same file
 
 STYLE: dict[str, Any] = {
     "axes.labelsize": 8,
@@ -54,7 +54,7 @@ STYLE: dict[str, Any] = {
 
 
 def mark_synthetic(axes: Axes, x: float = 0.98, y: float = 0.03) -> None:
-    """Write at a place in the axes that what they show was not measured."""
+    """Write "synthetic data" at a place in the axes."""
     axes.text(
         x,
         y,
