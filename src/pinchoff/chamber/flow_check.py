@@ -160,6 +160,15 @@ def check_flow(chamber: Chamber, *, show: Show | None = None) -> FlowCheck:
     Returns
     -------
     FlowCheck
+
+    Examples
+    --------
+    Some ten seconds of computing:
+
+    >>> from pinchoff.chamber import Chamber
+    >>> check = check_flow(Chamber())  # doctest: +SKIP
+    >>> round(check.imaging_speed_mm_s, 2)  # doctest: +SKIP
+    1.39
     """
     started = time.perf_counter()
     mesh = build_mesh(chamber.layout.fluid, _WallSize(chamber), _LARGEST_UM)

@@ -65,13 +65,33 @@ def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
 
 
 def write_gds(chamber: Chamber, path: Path) -> None:
-    """Write the mask as GDSII, complete or not at all."""
+    """Write the mask as GDSII, complete or not at all.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pinchoff.chamber import Chamber
+    >>> path = Path(tempfile.mkdtemp()) / "chamber.gds"
+    >>> write_gds(Chamber(), path)
+    >>> path.exists()
+    True
+    """
     with written_aside(path) as unfinished:
         _library(chamber).write_gds(unfinished, max_points=_MOST_POINTS, timestamp=_DATE)
 
 
 def write_oasis(chamber: Chamber, path: Path) -> None:
-    """Write the mask as OASIS, complete or not at all."""
+    """Write the mask as OASIS, complete or not at all.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pinchoff.chamber import Chamber
+    >>> path = Path(tempfile.mkdtemp()) / "chamber.oas"
+    >>> write_oasis(Chamber(), path)
+    >>> path.exists()
+    True
+    """
     with written_aside(path) as unfinished:
         _library(chamber).write_oas(unfinished)
 

@@ -93,6 +93,13 @@ def flow_around(
     Flow
         With the obstacle's centre at the origin, in units of the operation's droplet diameter D0
         and of the mean speed in the imaging area; zero in every pillar.
+
+    Examples
+    --------
+    With the flow that `check_flow` computed:
+
+    >>> flow = flow_around(check)  # doctest: +SKIP
+    >>> po.simulate(po.Parameters(), flow=flow)  # doctest: +SKIP
     """
     obstacle = check.central_obstacle() if obstacle is None else obstacle
     diameter = check.chamber.operation.droplet_diameter_um

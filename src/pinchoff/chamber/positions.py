@@ -49,6 +49,12 @@ def in_frame(
     ------
     InputError
         A size is not positive, or a number not finite.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> in_frame(Chamber())["obstacle_radius_px"].round(2).unique().tolist()
+    [16.1]
     """
     if not finite_or_nan(pixel_size_um) > 0:
         advice = "give the size of a pixel in µm"

@@ -63,6 +63,16 @@ def read_design(path: str | os.PathLike[str]) -> Chamber:
     ------
     InputError
         The file cannot be read or is no design; or as `Chamber`.
+
+    Examples
+    --------
+    >>> import json, tempfile
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> path = Path(tempfile.mkdtemp()) / "design.json"
+    >>> _ = path.write_text(json.dumps(design_record(Chamber(thickness_um=45))))
+    >>> read_design(path).thickness_um
+    45.0
     """
     from pinchoff.chamber.design import Chamber
 

@@ -61,6 +61,12 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     -------
     list of Violation
         Empty for a layout that can be made.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> check_rules(Chamber())
+    []
     """
     layout = chamber.layout if layout is None else layout
     gap, wall = chamber.least_gap_um, chamber.least_wall_um

@@ -24,7 +24,17 @@ _COLORS = ("Gold", "LightGreen", "Green", "LightSkyBlue", "DarkBlue", "Violet", 
 
 
 def write_stl(chamber: Chamber, path: Path) -> None:
-    """Write the relief of the mould, the fluid at its height, as binary STL in mm."""
+    """Write the relief of the mould, the fluid at its height, as binary STL in mm.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pinchoff.chamber import Chamber
+    >>> path = Path(tempfile.mkdtemp()) / "chamber.stl"
+    >>> write_stl(Chamber(), path)
+    >>> path.read_bytes()[:16]
+    b'pinchoff chamber'
+    """
     corners = _triangles(chamber) * 1e-3
     records = np.zeros(len(corners), dtype=_TRIANGLE)
     records["corners"] = corners
@@ -73,7 +83,17 @@ def _side(ring: NDArray[np.float64], height: float) -> NDArray[np.float64]:
 
 
 def write_scad(chamber: Chamber, path: Path) -> None:
-    """Write OpenSCAD source in mm: a module for each region, pillars as lists of their places."""
+    """Write OpenSCAD source in mm: a module for each region, pillars as lists of their places.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pinchoff.chamber import Chamber
+    >>> path = Path(tempfile.mkdtemp()) / "chamber.scad"
+    >>> write_scad(Chamber(), path)
+    >>> "module imaging" in path.read_text()
+    True
+    """
     with written_aside(path) as unfinished:
         unfinished.write_text(scad_source(chamber), encoding="utf-8")
 

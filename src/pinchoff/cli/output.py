@@ -47,12 +47,24 @@ def print_collision(row: Mapping[str, Any]) -> None:
 
 
 def json_text(report: Mapping[str, Any]) -> str:
-    """Return a report as JSON in the strict sense: no NaN."""
+    """Return a report as JSON in the strict sense: no NaN.
+
+    Examples
+    --------
+    >>> json_text({"S": 0.5}).split()
+    ['{', '"S":', '0.5', '}']
+    """
     return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def jsonable(value: Any) -> Any:
-    """Return the value as JSON can hold it, with None where it is not a finite number."""
+    """Return the value as JSON can hold it, with None where it is not a finite number.
+
+    Examples
+    --------
+    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
+    {'w': None, 'n': [1, 2.5]}
+    """
     if isinstance(value, Mapping):
         return {str(name): jsonable(each) for name, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -112,6 +124,10 @@ def print_table(
     left : collection of int, optional
         Columns of words, which are aligned to the left; all others are of numbers.
     title : str, optional
+
+    Examples
+    --------
+    >>> print_table(("result", "value"), [("symmetry", "0.78")])  # doctest: +SKIP
     """
     from rich.box import SIMPLE_HEAD
     from rich.console import Console

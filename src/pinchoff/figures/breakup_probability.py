@@ -41,6 +41,14 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collisions = po.import_collisions(po.virtual_experiment(1, 400, symmetry_noise=0))
+    >>> axes = breakup_probability(collisions.table, po.fit_law(collisions))
+    >>> axes.get_xlabel()
+    'breakup number Bk'
     """
     seen = table[table["symmetry"] > 0]
     number = fit.breakup_number(seen)

@@ -48,6 +48,12 @@ def constant_height(
     Returns
     -------
     list of 2 Axes
+
+    Examples
+    --------
+    >>> construction, exponent = constant_height("paper-rounded")
+    >>> exponent.get_xlabel()
+    '$h/D$'
     """
     beta = as_line(line).beta
     with style.journal_style():

@@ -160,6 +160,14 @@ def separated_outcomes(
     Returns
     -------
     list of 3 Axes
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collisions = po.import_collisions(po.virtual_experiment(1, 400, symmetry_noise=0))
+    >>> panels = separated_outcomes(collisions.table, po.fit_law(collisions))
+    >>> [panel.get_title("left").split(":")[0] for panel in panels]
+    ['breaks', 'both', 'does not break']
     """
     seen = table[table["symmetry"] > 0]
     symmetry = seen["symmetry"].to_numpy()
@@ -239,7 +247,13 @@ def draw_outcomes(
 
 
 def mark_size(count: int) -> float:
-    """Return the size of a mark [points] where so many collisions are drawn."""
+    """Return the size of a mark [points] where so many collisions are drawn.
+
+    Examples
+    --------
+    >>> mark_size(50) > mark_size(5000)
+    True
+    """
     return next((size for most, size in _SIZES if count <= most), _SMALLEST)
 
 
@@ -252,7 +266,13 @@ def draw_line(axes: Axes, line: Line, span: NDArray[np.float64], **look: Any) ->
 
 
 def formula(line: Line) -> str:
-    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX."""
+    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX.
+
+    Examples
+    --------
+    >>> formula(PAPER_SIMULATION_LINE).startswith("0.089 (Ca")
+    True
+    """
     return rf"{line.alpha:.3f} (Ca $\tilde{{A}}\tilde{{z}}$)$^{{{line.beta:.2f}}}$"
 
 

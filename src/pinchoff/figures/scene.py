@@ -113,6 +113,12 @@ def smooth_outline(vertices: Floats) -> Floats:
     -------
     ndarray, shape (8 n, 2)
         Every eighth one is a vertex.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> smooth_outline(square).shape
+    (32, 2)
     """
     closed = np.concatenate([vertices, vertices[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])

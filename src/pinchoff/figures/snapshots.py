@@ -53,6 +53,13 @@ def snapshot_strip(
     ------
     InputError
         If there are no outlines, or not as many axes as snapshots.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> panels = snapshot_strip(po.simulate(po.Parameters(), outlines=0.05).outlines)
+    >>> [panel.get_title("right") for panel in panels]
+    ['approach', 'contact', 'deformation', 'neck', 'break-up', 'after']
     """
     if len(outlines.frame) == 0:
         raise InputError.of("outlines", "of one droplet or more", outlines, "simulate first")

@@ -126,6 +126,13 @@ def reproduce(
     ------
     InputError
         There is no such item, or the folder holds a reproduction with other settings.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> made = reproduce(tempfile.mkdtemp(), only=["2", "3"], quick=True)
+    >>> [figure.png.name for figure in made.figures]
+    ['figure_2.png', 'figure_3.png']
     """
     wanted = _wanted(only)
     folder = Path(out)

@@ -167,7 +167,13 @@ def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -
 
 
 def paper_breakup_number(area_mm2: float, speed_mm_s: float, symmetry: float = 1.0) -> float:
-    """Return Bk of a droplet under the standard conditions, with the paper's exact constants."""
+    """Return Bk of a droplet under the standard conditions, with the paper's exact constants.
+
+    Examples
+    --------
+    >>> round(paper_breakup_number(0.2, 1.0), 2)
+    1.92
+    """
     capillary = capillary_number(
         the_paper.VISCOSITY_MPA_S, speed_mm_s, the_paper.SURFACE_TENSION_MN_M
     )

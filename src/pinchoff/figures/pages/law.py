@@ -43,7 +43,13 @@ MOST_SET_ASIDE = 200
 
 
 def signed_number(value: float, digits: int = 4) -> str:
-    """Write a number with so many significant digits; large ones in full."""
+    """Write a number with so many significant digits; large ones in full.
+
+    Examples
+    --------
+    >>> signed_number(-0.73894), signed_number(123456.7)
+    ('−0.7389', '123,457')
+    """
     return numeral(value, ",.0f" if 10**digits <= abs(value) < 1e9 else f".{digits}g")
 
 
