@@ -1,4 +1,4 @@
-"""The flow of oil through the device: speeds, pressures, and whether they are what it is for."""
+"""The flow of oil through the device: speeds, pressures, and whether they suit its purpose."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ LAYERS = {
 """Number of each layer; DXF uses the names. ``mask_clear`` is what light passes through."""
 
 _MOST_POINTS = 4000  # of a GDSII polygon; some readers take no more than 8190
-_DATE = datetime(2000, 1, 1)  # the same design is the same file
+_DATE = datetime(2000, 1, 1)  # a fixed date, so that the same design gives the same file
 _COLORS = {  # DXF's colour numbers, near those of the appendix
     "inlets": 2,
     "junction": 60,

@@ -24,13 +24,13 @@ def in_frame(
     pixel_size_um: float = PIXEL_SIZE_UM,
     frame_px: tuple[int, int] = PAPER_FRAME_PX,
 ) -> pd.DataFrame:
-    """Return the pillars that a frame shows, where it shows them.
+    """Return the pillars that are visible in a frame, and their places in it.
 
     Parameters
     ----------
     chamber : Chamber
     centre_um : (float, float), optional
-        Which point of the design is in the middle of the frame; by default that of the imaging
+        The point of the design in the middle of the frame; by default the middle of the imaging
         area.
     pixel_size_um : float, optional
         Size of a pixel in the chamber.

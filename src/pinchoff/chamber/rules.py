@@ -1,4 +1,4 @@
-"""The design-rule check: whether mask, SU-8 and PDMS can hold a layout, and where they cannot."""
+"""The design-rule check: finds where mask, SU-8 or PDMS could not hold a layout."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def _too_thin(layout: Layout, least: float) -> Iterator[Violation]:
 
 
 def _too_wide(layout: Layout, most: float) -> Iterator[Violation]:
-    """Yield fluid whose ceiling nothing holds: farther from any solid than half the span.
+    """Yield fluid whose ceiling would sag: farther from any solid than half the largest span.
 
     Ports are left out, where there is a hole in the ceiling.
     """

@@ -24,13 +24,7 @@ from pinchoff.cli.options import (
     option,
     switch,
 )
-from pinchoff.cli.output import (
-    announce,
-    print_collision,
-    printed_warnings,
-    report_of,
-    write_json,
-)
+from pinchoff.cli.output import announce, print_collision, write_json
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import progress_bar
 
@@ -127,9 +121,8 @@ def run(
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
     folder = results_folder(out)
-    with printed_warnings():
-        base, preset_name = configuration(config, preset)
-        parameters = changed(base, _given(numbers), constants or [], _given(quantities))
+    base, preset_name = configuration(config, preset)
+    parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         from pinchoff.video.writing import require_video_extra
 
@@ -141,7 +134,9 @@ def run(
     collision = _simulated(parameters, folder / OUTLINES, interval)
     assert collision.outlines is not None
     _draw(collision.outlines, folder, movie)
-    report = report_of(collision, preset_name)
+    from pinchoff.model.collision_report import collision_report
+
+    report = collision_report(collision, preset_name)
     write_json(folder / RESULTS, report)
     announce(
         report,
@@ -176,7 +171,7 @@ def _interval(text: str) -> float:
 
 
 def _description(out: Path, parameters: Parameters) -> str:
-    """Say what the results in a folder are, compared with the run that is asked for."""
+    """Say how the results in a folder relate to the run that is asked for."""
     from pinchoff import __version__
 
     try:

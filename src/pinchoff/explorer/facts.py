@@ -8,7 +8,6 @@ from typing import Any
 
 from pinchoff.collisions.law import LINES
 from pinchoff.collisions.schema import general_reason
-from pinchoff.model.outcomes import guard_message
 from pinchoff.model.parameters import (
     AREA_STIFFNESS_PER_LINE_TENSION,
     CA_PER_CA_SIM,
@@ -20,6 +19,7 @@ from pinchoff.model.parameters import (
     preset_names,
 )
 from pinchoff.model.presets import preset_constants
+from pinchoff.model.results import guard_message
 from pinchoff.support.quantities import physical_magnitude
 
 LABORATORY = {

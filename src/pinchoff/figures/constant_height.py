@@ -1,4 +1,4 @@
-"""Why β is near -3/4: collisions on the separating line share the height of the smaller part."""
+"""Why β is near -3/4: on the separating line the smaller parts of all droplets are equally high."""
 
 from __future__ import annotations
 
@@ -48,6 +48,12 @@ def constant_height(
     Returns
     -------
     list of 2 Axes
+
+    Examples
+    --------
+    >>> construction, exponent = constant_height("paper-rounded")
+    >>> exponent.get_xlabel()
+    '$h/D$'
     """
     beta = as_line(line).beta
     with style.journal_style():

@@ -1,4 +1,4 @@
-"""What is measured on an outline, drawn on a real run: vertices and neck, and the symmetry."""
+"""Two drawings of what is measured on an outline: the neck between vertices, and the symmetry."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _LARGE, _SMALL = palette.SKY, palette.YELLOW
 _ARC = palette.GREEN
-_MARGIN = 0.12  # round what is shown [D0]
+_MARGIN = 0.12  # between what is shown and the edge of the picture [D0]
 _LABEL = 0.09  # from a curve to its name [D0]
 _FAR = 50.0  # beyond everything that is drawn [D0]
 
@@ -34,7 +34,7 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
     Parameters
     ----------
     collision : Collision
-        In which the droplet breaks, with its outlines.
+        The droplet must break in it, and it must have outlines.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -80,7 +80,7 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     Parameters
     ----------
     collision : Collision
-        In which the droplet touches the obstacle, with its outlines.
+        The droplet must touch the obstacle, and the collision must have outlines.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -92,7 +92,8 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     frame = int(np.argmin(np.abs(outlines.times - collision.contact_time)))
     droplet = outlines[frame][0]
     centre = outlines.obstacles[0, :2]
-    velocity = droplet.velocities.mean(axis=0)  # of the mass, which sits on the vertices
+    # velocity of the centre of mass: all mass sits on the vertices
+    velocity = droplet.velocities.mean(axis=0)
     along = velocity / np.hypot(*velocity)
     across = np.array([-along[1], along[0]])
     above = (droplet.vertices.mean(axis=0) - centre) @ across > 0

@@ -66,7 +66,7 @@ def write_movie(
 
 
 def _window(outlines: Outlines) -> Window:
-    """Return a window round the obstacles, or round all that happens where there are none."""
+    """Return a window about the obstacles, or about the whole run where it has none."""
     if len(outlines.obstacles):
         centres, radii = outlines.obstacles[:, :2], outlines.obstacles[:, 2:]
         low = (centres - radii).min(axis=0) - _REACH

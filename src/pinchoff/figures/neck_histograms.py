@@ -1,4 +1,4 @@
-"""How thin necks get, of droplets that break and that do not, and what a camera sees of it."""
+"""The thinnest necks of droplets that break and that do not, and what a camera sees of them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def neck_histograms(
     table : DataFrame
         Checked collisions with ``neck_um``, or else ``neck_thickness`` in D0.
     history : ThinningHistory, optional
-        Of a droplet that breaks; without it there is one panel only.
+        How the neck of one droplet thins until it breaks. Without it only one panel is drawn.
     axes : sequence of Axes, optional
         Where to draw, one or two; by default a new figure.
 
@@ -67,7 +67,7 @@ def neck_histograms(
         for kind, color, label in reversed(OUTCOMES):
             values = necks[measured & (broke == kind)]
             if len(values) and np.ptp(values) < edges[1] and unit != "µm":
-                # Simulated droplets are cut at one thickness: a line, not a tower.
+                # Simulated droplets are cut at one thickness: a line, not one tall bar.
                 text = f"{label}: {len(values):,}, all at {np.median(values):.3f} {unit}"
                 axes[0].axvline(float(np.median(values)), color=color, lw=1.6, label=text)
                 continue

@@ -45,7 +45,7 @@ class Window(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """What one unit of a run's length and time is called, and how much it is."""
+    """The units in which a run's lengths and times are written, and their sizes."""
 
     length: float
     length_unit: str
@@ -67,7 +67,7 @@ class Scale(NamedTuple):
     def time_label(self, time: float) -> str:
         """Return the label of a time given in t0."""
         value = time * self.time
-        # Two decimals of t0; of a physical time the digits that this resolution is worth.
+        # Two decimals of t0, and as many digits of a physical time as those stand for.
         decimals = max(0, 2 - math.floor(math.log10(self.time)))
         return f"$t$ = {value:.{decimals}f} {self.time_unit}"
 
@@ -113,6 +113,12 @@ def smooth_outline(vertices: Floats) -> Floats:
     -------
     ndarray, shape (8 n, 2)
         Every eighth one is a vertex.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> smooth_outline(square).shape
+    (32, 2)
     """
     closed = np.concatenate([vertices, vertices[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])

@@ -33,7 +33,7 @@ def collision_pairs(
     Parameters
     ----------
     collisions : sequence of n Collision
-        From physical quantities, with outlines.
+        They must be made from physical quantities and have outlines.
     axes : sequence of 2n Axes, optional
         Where to draw, two a row; by default a new figure.
 

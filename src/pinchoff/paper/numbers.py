@@ -47,7 +47,7 @@ class Number:
     name, place : str
         What it is, and where the paper has it.
     paper, ours, interval : str
-        As they are to be read; empty: none.
+        The texts that a reader sees; empty where there is none.
     how : str
         How ours was obtained.
     verdict : str
@@ -236,7 +236,7 @@ def _breakup_number(study: Study) -> Iterator[Number]:
 
 
 def _geometry(study: Study) -> Iterator[Number]:
-    heights = np.array([1e-3, 1.01e-3])  # of the diameter, at one height
+    heights = np.array([1e-3, 1.01e-3])  # h/D of two droplets that share one h
     logs = [
         np.log(2 * segment_area(1.0, 1 / heights) / (np.pi / 4 / heights**2)),
         -2 * np.log(heights),

@@ -175,6 +175,7 @@ GROUP_ORIGINS = {
 # pint would calculate what it reads, 9**9**9 too. A power of a unit is one digit.
 _LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
 _FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
+_DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
     rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
@@ -358,7 +359,10 @@ def blaming_quantities(error: InputError) -> InputError:
 def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:
     got = value if isinstance(value, str) else str(value)
     rule = f"{adjective} {quantity.kind} with its unit"
-    return InputError.of(name, rule, f"'{got}'", f"write it like '{quantity.example}'")
+    advice = f"write it like '{quantity.example}'"
+    if _DECIMAL_COMMA.search(got):
+        advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
+    return InputError.of(name, rule, f"'{got}'", advice)
 
 
 def warn_of_thickness(scale: PhysicalScale) -> None:
