@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model.hpp"
+#include "neighbours.hpp"
 #include "polygon.hpp"
 #include "step.hpp"
 
@@ -19,15 +20,40 @@ inline double rest_length(double area, int count) {
     return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
 }
 
+/// What was measured on one droplet. A look at the chords of its outline holds for a while: until
+/// its vertices have moved, relative to their drift, by what it left.
+struct DropletLook {
+    Survey survey{};
+    NeckScan neck{std::numeric_limits<double>::infinity(), 0,
+                  std::numeric_limits<double>::infinity()};
+    bool scanned = false;  // whether `neck` is of this instant
+    double neck_room =
+        -1.0;  // how far the vertices may still move before a neck can be thin enough
+    double thinnest = 0;  // no chord across is shorter
+    double relative = 0, drift = 0;  // path over the last block: relative to the drift, and its own
+};
+
+/// The number of a droplet that has none yet.
+inline constexpr int kNoNumber = -1;
+
 /// Owns the arrays that its `ring` points to.
 class Droplet {
 public:
-    int id = 0;
+    int id = kNoNumber;
     int generation = 0;
     Ring ring;
-    /// Shortest chord between vertices kApart or more edges apart, when last looked.
-    double thinnest = std::numeric_limits<double>::infinity();
+    double lag = 0;              // how far its velocities are behind its positions, in time
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
+
+    Box kept{0, 0, 0, 0};             // a box that held it when its neighbours were last sought
+    bool sought = false;              // whether they were
+    std::vector<ObstacleImage> near;  // obstacles near that box
+    DropletLook seen;                 // from one island to the next
+
+    int place = -1;  // where it stood when its window began
+    double travel = std::numeric_limits<double>::infinity();   // way that its island reckons with
+    double travelled = 0;                                      // bound on its way since it began
+    double mended = -std::numeric_limits<double>::infinity();  // when it was last re-spaced
 
     /// A droplet of area A_eq `rest_area` at positions and velocities (count), counter-clockwise.
     ///
@@ -84,39 +110,66 @@ public:
         }
     }
 
+    /// Shift it whole.
+    void move_by(Vec2 way) {
+        for (int i = -1; i <= ring.padded; ++i) {
+            ring.x[i] += way.x;
+            ring.y[i] += way.y;
+        }
+    }
+
     /// Copy of positions and velocities, ghosts included, and the way back.
     void save() { std::copy_n(state_, state_size_, saved_); }
     void restore() { std::copy_n(saved_, state_size_, state_); }
 
-    /// Room for a look at the neck.
-    double* work() { return work_; }
+    /// The same for all that changes while an island advances, over more than one block.
+    void remember() {
+        std::copy_n(state_, state_size_, remembered_);
+        memory_ = {true, lag, travelled, mended, contacted.size(), seen};
+    }
+    bool remembered() const { return memory_.held; }
+    void recall() {
+        std::copy_n(remembered_, state_size_, state_);
+        lag = memory_.lag;
+        travelled = memory_.travelled;
+        mended = memory_.mended;
+        contacted.resize(memory_.contacted);
+        seen = memory_.seen;
+        sought = false;
+    }
 
 private:
     struct Free {
         void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
     };
     std::unique_ptr<double[], Free> storage_;
-    double *state_ = nullptr, *saved_ = nullptr, *work_ = nullptr;
+    double *state_ = nullptr, *saved_ = nullptr, *remembered_ = nullptr;
     std::size_t state_size_ = 0;
+    struct Memory {
+        bool held = false;
+        double lag = 0, travelled = 0, mended = 0;
+        std::size_t contacted = 0;
+        DropletLook seen;
+    } memory_;
 
     void allocate(int count) {
         ring.count = count;
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 13 * stride + static_cast<std::size_t>(neck_work_size(count));
+        const std::size_t total = 19 * stride;
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
         for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path}) {
+                           &ring.push_x, &ring.push_y, &ring.path, &ring.fluid_x, &ring.fluid_y}) {
             *a = next + kLanes;
             next += stride;
         }
         saved_ = next;
-        work_ = saved_ + state_size_;
+        remembered_ = saved_ + state_size_;
     }
 
     std::vector<Vec2> copy(const double* x, const double* y) const {
@@ -125,5 +178,39 @@ private:
         return out;
     }
 };
+
+/// A droplet at the start: a regular polygon at rest.
+struct Start {
+    double x, y, diameter;
+};
+
+/// Where obstacles stand and droplets start.
+struct Arrangement {
+    std::vector<Obstacle> obstacles;
+    std::vector<Start> droplets;
+};
+
+/// Unless said otherwise: one droplet upstream of one obstacle at the origin.
+inline Arrangement default_arrangement(const Model& model) {
+    return {{{0.0, 0.0, model.obstacle_radius}}, {{-model.start_distance, model.offset, 1.0}}};
+}
+
+/// Vertices for a droplet of this diameter at the spacing of the reference droplet.
+inline int vertex_count(const Model& model, double diameter) {
+    return std::max(kLeastVertices, static_cast<int>(std::lround(model.vertex_count * diameter)));
+}
+
+/// That polygon; an edge of it, not a vertex, faces the obstacle.
+inline Droplet undeformed(const Model& model, const Start& s = {0, 0, 1}) {
+    const double area = kReferenceArea * (s.diameter * s.diameter);
+    const int count = vertex_count(model, s.diameter);
+    const double angle = 2.0 * kPi / count;
+    const double radius = 0.5 * rest_length(area, count) / std::sin(0.5 * angle);
+    std::vector<Vec2> r(count), v(count, Vec2{0, 0});
+    for (int i = 0; i < count; ++i)
+        r[i] = {s.x + radius * std::cos((i + 0.5) * angle),
+                s.y + radius * std::sin((i + 0.5) * angle)};
+    return Droplet(model, area, r, v);
+}
 
 }  // namespace pinchoff

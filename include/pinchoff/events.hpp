@@ -1,201 +1,347 @@
-// What a Collision looks for between blocks of steps, and what it does when it finds it.
-// Included by collision.hpp, which declares these functions.
+// The detectors: what an Island looks for between blocks of steps, and what it does when it finds
+// it. Included by island.hpp, which declares these functions.
+//
+// A new event is a look, which measures and gives a budget, a function for what happens, and a line
+// in kDetectors. A look writes into the Look alone; droplets change only where an event happens.
 #pragma once
 
 namespace pinchoff {
 
-/// Look over every droplet at this instant. Handles what has happened; returns how far the vertices
-/// may move before something else can.
-inline Collision::Budget Collision::look() {
+/// A droplet re-spaced less than this long ago, t0, is not re-spaced again.
+inline constexpr double kMendingInterval = 1.0;
+/// The box of a droplet that is compared with everybody, D0; and the margin where space repeats.
+inline constexpr double kEverywhere = 1e9;
+inline constexpr double kExhaustiveMargin = 4.0;
+
+inline const Island::Detector Island::kDetectors[] = {
+    {&Island::look_at_soundness, &Island::never, false},
+    {&Island::look_at_necks, &Island::break_up, true},
+    {&Island::look_at_obstacles, &Island::record_contacts, false},
+    {&Island::look_at_touches, &Island::never, false},
+};
+
+inline Budget Island::settle() {
     Budget budget;
+    survey();
+    for (const Detector* d = std::begin(kDetectors); d != std::end(kDetectors);) {
+        const Finding found = (this->*d->look)(look_);
+        if (found.guard != Guard::none && !world_->retires) stop(found.guard, found.value);
+        if (stopped()) return budget;
+        const bool refused = found.guard != Guard::none;
+        if (!refused && !found.happened) {
+            budget.limit_to(found.budget);
+            ++d;
+            continue;
+        }
+        if (refused) mend(found);
+        else (this->*d->happen)(found);
+        if (stopped()) return budget;
+        if (!refused && !d->renews) continue;
+        if (world_->model.stop_at_breakup != 0.0 && !refused) return budget;
+        budget = {};
+        survey();
+        d = std::begin(kDetectors);
+    }
+    mark_pushed();
+    return budget;
+}
+
+/// Extents and speeds of every droplet, the drift that the coming paths are taken relative to, and
+/// who is near whom.
+inline void Island::survey() {
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Ring& ring = droplets_[i].ring;
         ring.drift_x = mean(ring.vx, ring.count);
         ring.drift_y = mean(ring.vy, ring.count);
-        Survey s;
-        kernels_.survey(ring, s);
-        if (!sound(droplets_[i], s)) return budget;
-        const double chords = watch_neck(droplets_[i], s);
-        budget.relative = std::min(budget.relative, std::max(chords, 0.0));
-        if (chords >= 0.0) continue;
-        break_up(i);
-        if (finished_) return budget;
-        // The daughters change everything: begin again.
-        budget = {};
-        i = static_cast<std::size_t>(-1);
+        world_->kernels.survey(ring, look_.droplets[i].survey);
+        look_.droplets[i].scanned = false;
     }
-    budget.absolute = list_contacts();
-    if (!finished_ && !new_contact_.empty()) {
-        record_contacts();
-        budget.absolute = list_contacts();
-    }
-    return budget;
+    seek_neighbours();
 }
 
-/// The guards on one droplet alone. False, and the run over, when one fires.
-inline bool Collision::sound(Droplet& d, const Survey& s) {
-    if (!(s.reach < kReachLimit * std::sqrt(d.ring.padded)))
-        return raise(Guard::blow_up, s.reach / std::sqrt(d.ring.padded)), false;
-    const double area_error = s.area / d.ring.rest_area - 1.0;
-    if (!(std::fabs(area_error) <= kAreaLimit)) return raise(Guard::area, area_error), false;
-    if (flow_.kind == FlowKind::sampled) {
-        const Box box = bounding_box(d.ring);
-        const double outside =
-            std::max({flow_.x0 - box.left, box.right - flow_.x0 - (flow_.nx - 1) * flow_.dx,
-                      flow_.y0 - box.bottom, box.top - flow_.y0 - (flow_.ny - 1) * flow_.dy});
-        if (outside > 0.0) return raise(Guard::flow_domain, outside), false;
-    }
-    if (step_ % (kCrossingSamples * sample_steps_) == 0 &&
-        kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
-        return raise(Guard::self_intersection, d.id), false;
-    return true;
+inline bool Island::looks_at_all() const {
+    const std::size_t bodies = world_->obstacles.obstacles().size() + droplets_.size();
+    return world_->exhaustive || (bodies <= kFewBodies && !world_->period.any());
 }
 
-/// How far vertices may move before this droplet's neck can pass the threshold; negative when it
-/// has. From the first contact on, the neck and the shape of the droplet that touched are sampled.
-inline double Collision::watch_neck(Droplet& d, const Survey& s) {
-    const double threshold = model_.neck_thickness * d.ring.diameter;
-    const Separation separation{separation_.fraction, separation_.length * d.ring.diameter};
-    const NeckScan scan =
-        kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
-    d.thinnest = std::sqrt(scan.nearest2);
-    const bool breaks = scan.thickness2 < threshold * threshold;
-    // On the grid of samples only, so that it does not matter where else blocks end.
-    const bool sampled = step_ % sample_steps_ == 0 || breaks;
-    if (sampled && !contacts_.empty() && d.id == contacts_.front().droplet) {
-        minimum_neck_ = std::min(minimum_neck_, std::sqrt(scan.thickness2));
-        maximum_shape_ = std::max(maximum_shape_, s.perimeter * s.perimeter / (4.0 * kPi * s.area));
-    }
-    if (breaks) return -1.0;
-    return std::max(scan.budget, 0.0);
-}
-
-/// Build the contact lists of the coming block and note first contacts, which are not listed before
-/// they are recorded: they are measured before the wall first pushes. Returns how far vertices may
-/// move while the lists stay complete, no new contact begins and no edge crosses an obstacle
-/// unseen.
-inline double Collision::list_contacts() {
-    double allowed = 1.0;
-    lists_.clear();
-    new_contact_.clear();
-    for (Droplet& d : droplets_) d.ring.pushed = false;
-    for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
+/// Keeps the lists of neighbours complete: sought anew for a droplet that comes near the side of
+/// the box that it is kept in.
+inline void Island::seek_neighbours() {
+    look_.neighbour_room = std::numeric_limits<double>::infinity();
+    bool changed = boxes_.size() != droplets_.size();
+    boxes_.resize(droplets_.size());
+    for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Droplet& d = droplets_[i];
-        distance2_.resize(d.ring.padded / kLanes);
-        for (int o = 0; o < static_cast<int>(obstacles_.size()); ++o) {
-            const Obstacle& obstacle = obstacles_[o];
-            kernels_.chunk_distance2(d.ring, obstacle.x, obstacle.y, distance2_.data());
-            const double vertex =
-                std::sqrt(*std::min_element(distance2_.begin(), distance2_.end()));
-            const double edge = std::sqrt(kernels_.edge_distance2(d.ring, obstacle.x, obstacle.y));
-            // From its surface inwards, and on past the centre once that is in the droplet.
-            const bool through = kernels_.contains(d.ring, obstacle.x, obstacle.y);
-            const double depth = 1.0 - (through ? -edge : std::min(vertex, edge)) / obstacle.radius;
-            if (depth > kPenetrationLimit) {
-                raise(Guard::penetration, depth);
-                return allowed;
-            }
-            const double gap = vertex - obstacle.radius - 0.5 * d.ring.rest_length;
-            if (!d.has_met(o) && gap < 0.0) {
-                new_contact_.push_back({i, o});
-                continue;
-            }
-            const double room =
-                d.has_met(o) ? list_wall(lists_, d, i, obstacle, distance2_.data()) : gap;
-            const double edge_room = std::max(edge - obstacle.radius, wall_margin(obstacle));
-            allowed = std::min({allowed, room, edge_room});
+        const Box& box = look_.droplets[i].survey.box;
+        if (!d.sought || !(room_in(d.kept, box) > 0.25 * kKeptMargin)) {
+            seek_obstacles(d, box);
         }
+        changed = changed || d.kept.left != boxes_[i].left || d.kept.top != boxes_[i].top ||
+                  d.kept.right != boxes_[i].right || d.kept.bottom != boxes_[i].bottom;
+        boxes_[i] = d.kept;
+        look_.neighbour_room = std::min(look_.neighbour_room, room_in(d.kept, box));
     }
-    return std::min(allowed, list_pairs());
+    if (changed) finder_.find(boxes_, world_->period, pairs_);
 }
 
-/// List the contacts of droplets with each other and with themselves; returns how far vertices may
-/// move while they are complete.
-inline double Collision::list_pairs() {
-    double allowed = 1.0;
+/// Draws a new box round a droplet and finds the obstacles near it.
+inline void Island::seek_obstacles(Droplet& d, const Box& box) const {
+    d.sought = true;
+    const ObstacleGrid& grid = world_->obstacles;
+    if (!looks_at_all() || world_->period.any()) {
+        d.kept = grown(box, world_->exhaustive ? kExhaustiveMargin : kKeptMargin);
+        return grid.find(d.kept, 0.5 * d.ring.rest_length, d.near);
+    }
+    d.kept = {-kEverywhere, kEverywhere, -kEverywhere, kEverywhere};
+    d.near.clear();
+    for (int o = 0; o < static_cast<int>(grid.obstacles().size()); ++o)
+        d.near.push_back({o, {0, 0}});
+}
+
+/// The guards on each droplet alone.
+inline Finding Island::look_at_soundness(Look& look) const {
+    for (std::size_t i = 0; i < droplets_.size(); ++i) {
+        double value = 0;
+        const Guard guard = unsound(droplets_[i], look.droplets[i].survey, value);
+        if (guard != Guard::none) return Finding::alarm(guard, value, static_cast<int>(i));
+    }
+    return {};
+}
+
+/// The guard that one droplet violates, with what it saw.
+inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) const {
+    value = s.reach / std::sqrt(d.ring.padded);
+    if (!(s.reach < limit_of(Guard::blow_up) * std::sqrt(d.ring.padded))) return Guard::blow_up;
+    value = s.area / d.ring.rest_area - 1.0;
+    if (!(std::fabs(value) <= limit_of(Guard::area))) return Guard::area;
+    if (world_->flow.kind == FlowKind::sampled) {
+        value = outside(world_->flow, s.box);
+        if (value > limit_of(Guard::flow_domain)) return Guard::flow_domain;
+    }
+    value = d.id;
+    if (step_ % (kCrossingSamples * sample_steps_) == 0 &&
+        world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+        return Guard::self_intersection;
+    return Guard::none;
+}
+
+/// Necks: how far vertices may move before the neck of any droplet can pass the threshold. An
+/// earlier look still holds where it leaves room enough up to the next sample.
+inline Finding Island::look_at_necks(Look& look) const {
+    Finding found;
+    for (std::size_t i = 0; i < droplets_.size(); ++i) {
+        const Droplet& d = droplets_[i];
+        const Ring& ring = d.ring;
+        DropletLook& seen = look.droplets[i];
+        const bool breaks = !(ring.diameter < world_->smallest_breaking);
+        const double way = seen.survey.relative_speed * time_step_ * steps_to_sample();
+        // One that does not break is looked at for its own sides alone, once they come near.
+        const double room = breaks ? seen.neck_room : 0.5 * seen.thinnest - 3.0 * ring.rest_length;
+        if (room > way / kBlockSafety && !(d.id == watched_ && at_sample())) {
+            found.budget.relative = std::min(found.budget.relative, room);
+            continue;
+        }
+        const double threshold = world_->model.neck_thickness * ring.diameter;
+        const Separation& limit = world_->separation;
+        const Separation separation{limit.fraction, limit.length * ring.diameter};
+        look.neck_work.resize(
+            std::max<std::size_t>(look.neck_work.size(), neck_work_size(ring.count)));
+        seen.neck = world_->kernels.scan_neck(ring.x, ring.y, ring.count, separation, threshold,
+                                              look.neck_work.data());
+        seen.scanned = true;
+        seen.neck_room = std::max(seen.neck.budget, 0.0);
+        seen.thinnest = std::sqrt(seen.neck.nearest2);
+        if (!breaks) continue;
+        if (seen.neck.thickness2 < threshold * threshold)
+            return Finding::event(static_cast<int>(i));
+        found.budget.relative = std::min(found.budget.relative, seen.neck_room);
+    }
+    return found;
+}
+
+/// Obstacles: first contacts, and the vertices that may feel a wall in the coming block. A contact
+/// is not listed before it is recorded: it is measured before the wall first pushes. The budget
+/// keeps the lists complete, lets no contact begin and no edge cross an obstacle unseen.
+inline Finding Island::look_at_obstacles(Look& look) const {
+    Finding found;
+    found.budget.absolute = std::min(found.budget.absolute, look.neighbour_room);
+    look.lists.walls.clear();
+    look.nearby.clear();
+    look.distance2.clear();
     for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
-        for (int j = 0; j < static_cast<int>(droplets_.size()); ++j) {
-            Droplet &a = droplets_[i], &b = droplets_[j];
-            if (i == j) {
-                allowed = std::min(allowed, list_own(a, i));
-                continue;
+        const Droplet& d = droplets_[i];
+        for (const ObstacleImage& image : d.near) {
+            const Obstacle o = world_->obstacles.seen(image);
+            // What the boxes alone allow; no closer look can find less.
+            const double least = gap(box_of({o.x, o.y}), look.droplets[i].survey.box) - o.radius -
+                                 0.5 * d.ring.rest_length;
+            if (least > std::max(found.budget.absolute, wall_margin(o))) continue;
+            const Nearby pair = look_nearby(look, world_->kernels, d.ring, i, o, image.index);
+            const double depth = depth_of(pair);
+            if (depth > limit_of(Guard::penetration) && found.guard == Guard::none)
+                found.refuse(Guard::penetration, depth, i);
+            if (begins(pair, d)) {
+                found.happened = true;
+                look.nearby.push_back(pair);
+            } else {
+                list_obstacle(look, d, pair, found.budget);
             }
-            const double range = 0.5 * touch_of(a.ring, b.ring).length, margin = range;
-            const double apart = gap(bounding_box(a.ring), bounding_box(b.ring)) - range;
-            if (apart > 2.0 * margin) {
-                allowed = std::min(allowed, 0.5 * apart);
-                continue;
-            }
-            const double depth = list_touches(lists_, kernels_, a, i, b, j, range + 2.0 * margin);
-            if (depth > range + margin) raise(Guard::overlap, depth);
-            allowed = std::min(allowed, margin);
         }
     }
-    return allowed;
+    return found;
 }
 
-/// List the parts of one droplet so thin that its sides repel; returns how far vertices may move
-/// while the list is complete. A vertex within reach of an edge is within reach of a vertex half an
-/// edge on.
-inline double Collision::list_own(Droplet& d, int index) {
-    const double l = d.ring.rest_length, range = 0.5 * touch_of(d.ring, d.ring).length,
-                 margin = 0.25 * l;
-    const double reach =
-        std::hypot(range, l) + 2.0 * margin;  // longer edges are left to the guard on crossings
-    if (d.thinnest > reach) return margin + 0.5 * (d.thinnest - reach);
-    list_own_sides(lists_, d, index, range + 2.0 * margin, reach);
-    return margin;
+/// Lists one pair that is not in first contact, and limits the budget to what keeps it complete.
+inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pair,
+                                  Budget& budget) const {
+    const Obstacle& o = pair.seen;
+    const double gap = pair.vertex - o.radius - 0.5 * d.ring.rest_length;
+    const double room = d.has_met(pair.obstacle) ? list_wall(look.lists, d, pair.droplet, o,
+                                                             look.distance2.data() + pair.chunks)
+                                                 : gap;
+    const double edge_room = std::max(pair.edge - o.radius, wall_margin(o));
+    budget.absolute = std::min({budget.absolute, room, edge_room});
+}
+
+/// Droplets against each other and against themselves: the vertices that may touch in the coming
+/// block, and how far they may move while the list is complete.
+inline Finding Island::look_at_touches(Look& look) const {
+    Finding found;
+    double& allowed = found.budget.absolute;
+    look.lists.touches.clear();
+    for (const DropletPair& pair : pairs_) {
+        const int i = pair.first, j = pair.second;
+        const Ring &a = droplets_[i].ring, &b = droplets_[j].ring;
+        if (i == j && pair.image.x == 0.0 && pair.image.y == 0.0) {
+            allowed = std::min(allowed, list_own(look.lists, a, i, look.droplets[i].thinnest));
+            continue;
+        }
+        const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
+                                        look.droplets[j].survey.box, pair.image);
+        if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
+            found.guard == Guard::none)
+            found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
+        allowed = std::min(allowed, room.allowed);
+    }
+    return found;
+}
+
+/// Contact lists of the present positions, whatever happens there; a guard may stop the run.
+inline void Island::list_contacts() {
+    for (const auto look : {&Island::look_at_obstacles, &Island::look_at_touches}) {
+        const Finding found = (this->*look)(look_);
+        if (found.guard != Guard::none && !world_->retires) stop(found.guard, found.value);
+    }
+    mark_pushed();
+}
+
+/// Droplets that are on no list need no contact forces in the coming block.
+inline void Island::mark_pushed() {
+    for (Droplet& d : droplets_) d.ring.pushed = false;
+    for (const WallContact& c : look_.lists.walls) droplets_[c.ring].ring.pushed = true;
+    for (const DropletContact& c : look_.lists.touches)
+        droplets_[c.ring].ring.pushed = droplets_[c.other].ring.pushed = true;
 }
 
 /// Measure the droplets that have just touched an obstacle, on their outlines.
-inline void Collision::record_contacts() {
-    for (const auto& [i, o] : new_contact_) {
-        Droplet& d = droplets_[i];
-        const std::vector<Vec2> r = d.positions(), v = synchronized_velocities(i);
-        const Vec2 velocity = mean(v), centre{obstacles_[o].x, obstacles_[o].y};
-        contacts_.push_back({time(), d.id, o, symmetry(r, centre, velocity),
+inline void Island::record_contacts(const Finding&) {
+    look_at_touches(look_);
+    mark_pushed();
+    const std::vector<std::vector<Vec2>> velocities = synchronized_velocities();
+    for (const Nearby& pair : look_.nearby) {
+        Droplet& d = droplets_[pair.droplet];
+        const std::vector<Vec2> r = d.positions(), &v = velocities[pair.droplet];
+        const Vec2 velocity = mean(v), centre{pair.seen.x, pair.seen.y};
+        contacts_.push_back({time(), d.id, pair.obstacle, symmetry(r, centre, velocity),
                              impact_parameter(r, centre, velocity),
                              std::sqrt(dot(velocity, velocity)), signed_area(r), shape_parameter(r),
                              centroid(r), velocity, centroid_velocity(r, v)});
-        d.meet(o);
-        if (kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
-            raise(Guard::self_intersection, d.id);
+        d.meet(pair.obstacle);
+        if (!world_->retires && world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+            stop(Guard::self_intersection, d.id);
     }
 }
 
-/// Velocities of one droplet at the time of its positions.
-inline std::vector<Vec2> Collision::synchronized_velocities(std::size_t droplet) {
-    for (Droplet& each : droplets_) each.save();
-    shift_velocities(0.5 * time_step_);
-    std::vector<Vec2> v = droplets_[droplet].velocities();
-    for (Droplet& each : droplets_) each.restore();
-    return v;
+/// Takes a droplet out; it is kept where the clock may be set back.
+inline void Island::remove(int index) {
+    if (droplets_[index].remembered()) gone_.push_back(std::move(droplets_[index]));
+    droplets_.erase(droplets_.begin() + index);
+    look_.droplets.erase(look_.droplets.begin() + index);
+    boxes_.clear();
+}
+
+/// A droplet that a guard refuses is re-spaced at its proper area, or, where that does not serve or
+/// has just been tried, taken out.
+inline void Island::mend(const Finding& found) {
+    Droplet& d = droplets_[found.droplet];
+    const std::vector<Vec2> r = d.positions();
+    const bool respaceable = found.guard == Guard::area || found.guard == Guard::self_intersection;
+    const bool retired = !respaceable || !(time() - d.mended > kMendingInterval) ||
+                         !(signed_area(r) > 0.5 * d.ring.rest_area);
+    refusals_.push_back(
+        {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
+    if (retired) return remove(found.droplet);
+    Shape even = respace({r, d.velocities()}, d.ring.count);
+    const double scale = std::sqrt(d.ring.rest_area / signed_area(even.r));
+    const Vec2 middle = centroid(even.r);
+    for (Vec2& p : even.r) p = middle + scale * (p - middle);
+    Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
+    mended.id = d.id;
+    mended.generation = d.generation;
+    mended.mended = time();
+    remove(found.droplet);
+    add(std::move(mended));
+    renew_steps();
+}
+
+/// A droplet that takes the place of another, or of a part of it.
+inline Droplet Island::heir(const Droplet& parent, Droplet droplet) {
+    droplet.id = kNoNumber;
+    droplet.generation = parent.generation + 1;
+    droplet.contacted = parent.contacted;
+    droplet.lag = parent.lag;
+    droplet.place = parent.place;
+    droplet.travel = parent.travel;
+    droplet.travelled = parent.travelled;
+    return droplet;
 }
 
 /// Cut one droplet along its neck. The daughters share its rest area and its mass in proportion to
 /// their areas, and together keep its momentum.
-inline void Collision::break_up(std::size_t index) {
+inline void Island::break_up(const Finding& found) {
     list_contacts();
-    if (finished_) return;
-    shift_velocities(0.5 * time_step_);
-    const Droplet parent = std::move(droplets_[index]);
-    droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
+    if (stopped()) return;
+    set_lags(0.0);
+    const Droplet& parent = droplets_[found.droplet];
     const Shape whole{parent.positions(), parent.velocities()};
     // A hair's breadth below the separation, so that round-off cannot disagree with the look that
     // saw it.
     const double slack = 1.0 - 1e-9;
-    const Neck neck = find_neck(
-        whole.r, {slack * separation_.fraction, slack * separation_.length * parent.ring.diameter});
+    const Separation& limit = world_->separation;
+    const Neck neck =
+        find_neck(whole.r, {slack * limit.fraction, slack * limit.length * parent.ring.diameter});
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
+    const double smallest =
+        parent.ring.diameter * std::sqrt(std::min(areas[0], areas[1]) / (areas[0] + areas[1]));
+    Guard guard = Guard::none;
+    if (!(smallest >= limit_of(Guard::daughter_size))) guard = Guard::daughter_size;
+    else if (parent.generation + 1 > limit_of(Guard::generations)) guard = Guard::generations;
+    if (guard != Guard::none) {
+        const double value = guard == Guard::generations ? parent.generation + 1 : smallest;
+        if (!world_->retires) return stop(guard, value);
+        set_lags(0.5 * time_step_);
+        return mend(Finding::alarm(guard, value, found.droplet));
+    }
 
     Shape daughters[2] = {one, two};
     double rest[2];
     Vec2 momentum{0, 0};
     for (int k = 0; k < 2; ++k) {
         rest[k] = parent.ring.rest_area * areas[k] / (areas[0] + areas[1]);
-        daughters[k] = respace(daughters[k], vertex_count(std::sqrt(rest[k] / kReferenceArea)));
+        const double diameter = std::sqrt(rest[k] / kReferenceArea);
+        daughters[k] = respace(daughters[k], vertex_count(world_->model, diameter));
         momentum = momentum + rest[k] / parent.ring.rest_area * mean(daughters[k].v);
     }
     const Vec2 correction = mean(whole.v) - momentum;
@@ -205,89 +351,24 @@ inline void Collision::break_up(std::size_t index) {
                        {0, 0},
                        {areas[0], areas[1]},
                        neck.thickness,
-                       {point_on(whole.r, line.first), point_on(whole.r, line.second)}};
+                       {point_on(whole.r, line.first), point_on(whole.r, line.second)},
+                       look_.droplets[found.droplet]};
+    std::vector<Droplet> heirs;
     for (int k = 0; k < 2; ++k) {
         for (Vec2& v : daughters[k].v) v = v + correction;
-        event.daughters[k] = add(daughters[k], rest[k], parent.generation + 1, parent.contacted);
+        heirs.push_back(
+            heir(parent, Droplet(world_->model, rest[k], daughters[k].r, daughters[k].v)));
     }
+    remove(found.droplet);
+    for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(heirs[k]));
     breakups_.push_back(event);
     renew_steps();
-    lists_.clear();
-    finished_ = model_.stop_at_breakup != 0.0;
-    if (!finished_) list_contacts();
-    shift_velocities(-0.5 * time_step_);
-}
-
-/// The contacts are those of the present block's lists, which are complete up to its end: a report
-/// must neither build new ones nor fire a guard.
-inline Energies Collision::energies() const {
-    Energies sum;
-    for (const Droplet& d : droplets_) add_energies(sum, d, obstacles_);
-    for (const DropletContact& c : lists_.touches) {
-        const Ring &a = droplets_[c.ring].ring, &b = droplets_[c.other].ring;
-        const Nearest near =
-            nearest_edge(b, {a.x[c.vertex], a.y[c.vertex]}, c.first_edge, c.edge_count);
-        const Touch touch = touch_of(a, b);
-        sum.contact += contact_energy(&a == &b ? std::fabs(near.distance) : near.distance,
-                                      touch.length, touch.stiffness);
-    }
-    return sum;
-}
-
-/// Whether every droplet has left every obstacle behind, or the time is up.
-inline bool Collision::ended() const {
-    if (time() >= model_.time_limit) return true;
-    if (obstacles_.empty()) return false;
-    double rear = -std::numeric_limits<double>::infinity();
-    for (const Obstacle& o : obstacles_) rear = std::max(rear, o.x + o.radius);
-    for (const Droplet& d : droplets_)
-        for (int i = 0; i < d.ring.count; ++i)
-            if (d.ring.x[i] < rear + kDepartureDistance) return false;
-    return true;
-}
-
-inline Result Collision::result() const {
-    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-    Result r;
-    double* const fields = reinterpret_cast<double*>(&r);
-    std::fill_n(fields, kResultFields, kNone);
-    const bool timed_out = time() >= model_.time_limit && !obstacles_.empty();
-    r.outcome = static_cast<double>(alarm_.guard != Guard::none ? Outcome::failed
-                                    : !breakups_.empty()        ? Outcome::broke
-                                    : timed_out                 ? Outcome::captured
-                                                                : Outcome::slipped);
-    r.guard = static_cast<double>(alarm_.guard);
-    if (alarm_.guard != Guard::none) {
-        r.guard_value = alarm_.value;
-        r.guard_time = alarm_.time;
-    }
-    if (!contacts_.empty()) {
-        const ContactEvent& c = contacts_.front();
-        r.symmetry = c.symmetry;
-        r.impact_parameter = c.impact_parameter;
-        r.contact_time = c.time;
-        r.contact_speed = c.speed;
-        r.contact_area = c.area;
-        r.contact_shape_parameter = c.shape_parameter;
-        r.minimum_neck = minimum_neck_;
-        r.maximum_shape_parameter = maximum_shape_;
-    }
-    if (!breakups_.empty()) {
-        const BreakupEvent& b = breakups_.front();
-        r.small_daughter_area = std::min(b.areas[0], b.areas[1]);
-        r.large_daughter_area = std::max(b.areas[0], b.areas[1]);
-        r.breakup_time = b.time;
-        r.breakup_neck = b.neck_thickness;
-    }
-    r.breakup_count = static_cast<double>(breakups_.size());
-    r.generations = 0;
-    for (const BreakupEvent& b : breakups_)
-        r.generations = std::max(r.generations, b.generation + 1.0);
-    r.droplet_count = static_cast<double>(droplets_.size());
-    r.end_time = time();
-    r.steps = static_cast<double>(total_steps_);
-    r.vertex_updates = static_cast<double>(vertex_updates_);
-    return r;
+    if (stopped()) return;
+    look_.lists.clear();
+    survey();
+    if (world_->model.stop_at_breakup != 0.0) mark_pushed();
+    else list_contacts();
+    set_lags(0.5 * time_step_);
 }
 
 }  // namespace pinchoff

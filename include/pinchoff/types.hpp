@@ -26,13 +26,13 @@ enum class FlowKind : std::int32_t { stokes, uniform, sampled };
 /// The undisturbed fluid velocity as a function of position, in units of v_f∞ and D0.
 struct Flow {
     FlowKind kind = FlowKind::stokes;
-    double x = 0, y = 0, radius = 0;  // stokes: the cylinder
-    double vx = 0, vy = 0;            // uniform: the velocity; stokes: vx is v_f∞
-    double x0 = 0, y0 = 0;            // sampled: position of the first node
-    double dx = 1, dy = 1;            // sampled: node spacing
-    int nx = 0, ny = 0;               // sampled: nodes along x and y
-    const double* u = nullptr;        // sampled: (ny, nx) x-velocity at the nodes
-    const double* v = nullptr;        // sampled: (ny, nx) y-velocity at the nodes
+    double x = 0, y = 0, radius = 0;              // stokes: the cylinder
+    double vx = 0, vy = 0;                        // uniform: the velocity; stokes: vx is v_f∞
+    double x0 = 0, y0 = 0;                        // sampled: position of the first node
+    double dx = 1, dy = 1;                        // sampled: node spacing
+    int nx = 0, ny = 0;                           // sampled: nodes along x and y
+    bool periodic_x = false, periodic_y = false;  // sampled: whether nodes nx, ny are the first
+    const double* nodes = nullptr;                // sampled: see padded_nodes in flow.hpp
 };
 
 /// One droplet as the kernels see it: structure of arrays with ghost vertices at both ends.
@@ -50,7 +50,9 @@ struct Ring {
     double* pull_y = nullptr;
     double* push_x = nullptr;  // (padded) contact force on vertex i; zero where there is none
     double* push_y = nullptr;
-    double* path = nullptr;  // (padded) sum of |v - v_drift|² over the steps of a block
+    double* path = nullptr;     // (padded) sum of |v - v_drift|² over the steps of a block
+    double* fluid_x = nullptr;  // (padded) velocity of a sampled flow at the vertices
+    double* fluid_y = nullptr;
 
     Model constants{};                // what does not change with the droplet's size
     double mass = 1;                  // M
@@ -64,19 +66,23 @@ struct Ring {
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
+    double shift = 0;                 // time for shift_velocities, which may be negative
 
     bool pushed = false;  // whether push_x, push_y take part in this block
 };
 
-/// Vertices [first, last) of one droplet that may feel one obstacle; both are multiples of kLanes.
+/// Vertices [first, last) of one droplet that may feel one obstacle, or an image of it that is
+/// periods away; both are multiples of kLanes.
 struct WallContact {
     int ring, first, last;
     Obstacle obstacle;
 };
 
-/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own.
+/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own: of
+/// the other's image that is shifted by (image_x, image_y).
 struct DropletContact {
     int ring, vertex, other, first_edge, edge_count;
+    double image_x = 0, image_y = 0;
 };
 
 /// What a block of steps acts on.
@@ -98,6 +104,11 @@ struct NeckScan {
     double nearest2;  // square of the shortest chord between vertices kApart or more edges apart
 };
 
+/// A rectangle along the axes.
+struct Box {
+    double left, right, bottom, top;
+};
+
 /// What one look over the vertices of a droplet gives.
 struct Survey {
     double area;  // signed
@@ -105,6 +116,7 @@ struct Survey {
     double speed;           // largest |v_i|
     double relative_speed;  // largest |v_i - v_drift|
     double reach;  // root of the sum of squared coordinates; not finite when one of them is not
+    Box box;
 };
 
 /// Room that a look at the neck needs.
@@ -121,8 +133,8 @@ struct Kernels {
     const char* name;
     /// Advance every ring by `steps` leapfrog steps of `time_step`, adding to `path`.
     void (*advance)(const Scene&, double time_step, int steps);
-    /// Carry the velocities alone over `time`, which may be negative.
-    void (*shift_velocities)(const Scene&, double time);
+    /// Carry the velocities alone, of each ring over its `shift`.
+    void (*shift_velocities)(const Scene&);
     void (*survey)(const Ring&, Survey&);
     /// Smallest squared distance of each chunk's vertices from a point: out (padded / kLanes).
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);

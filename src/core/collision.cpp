@@ -1,38 +1,13 @@
 // Bindings of the collision: rows of numbers in, rows of numbers and outlines out.
-#include "bindings.hpp"
-
-#include <cstring>
+#include <limits>
 #include <memory>
+#include <string>
 
 #include "pinchoff/collision.hpp"
 #include "pool.hpp"
+#include "runs.hpp"
 
 namespace pinchoff {
-
-using Row = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-/// A flow as Python holds it: the plain description and, for a sampled one, its node values.
-struct FlowObject {
-    Flow flow;
-    std::vector<double> u, v;
-};
-
-static Model model_of(const double* row) {
-    Model model;
-    std::memcpy(&model, row, sizeof model);
-    return model;
-}
-
-static Model checked_model(Row row) {
-    if (row.shape(0) != static_cast<std::size_t>(kModelFields))
-        throw nb::value_error(
-            "model must have one number for each of MODEL_FIELDS; got another length; "
-            "use Parameters.model_row()");
-    return model_of(row.data());
-}
 
 static Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;
@@ -52,14 +27,13 @@ static FlowObject uniform_flow(double vx, double vy) {
     return object;
 }
 
-static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v) {
+static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v,
+                               bool periodic_x, bool periodic_y) {
     if (u.shape(0) != v.shape(0) || u.shape(1) != v.shape(1) || u.shape(0) < 4 || u.shape(1) < 4)
         throw nb::value_error(
             "u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
             "sample both on one grid");
     FlowObject object;
-    object.u.assign(u.data(), u.data() + u.size());
-    object.v.assign(v.data(), v.data() + v.size());
     Flow& f = object.flow;
     f.kind = FlowKind::sampled;
     f.x0 = x0;
@@ -68,8 +42,10 @@ static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid 
     f.dy = dy;
     f.ny = static_cast<int>(u.shape(0));
     f.nx = static_cast<int>(u.shape(1));
-    f.u = object.u.data();  // stays valid when the object is moved
-    f.v = object.v.data();
+    f.periodic_x = periodic_x;
+    f.periodic_y = periodic_y;
+    object.nodes = padded_nodes(f, u.data(), v.data());
+    f.nodes = object.nodes.data();  // stays valid when the object is moved
     return object;
 }
 
@@ -87,15 +63,6 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
     return array_of(out);
 }
 
-static std::vector<Obstacle> obstacles_of(Triples rows) {
-    std::vector<Obstacle> list;
-    for (std::size_t i = 0; i < rows.shape(0); ++i) {
-        const double* o = rows.data() + 3 * i;
-        list.push_back({o[0], o[1], o[2]});
-    }
-    return list;
-}
-
 /// A collision together with the flow that it refers to.
 struct System {
     nb::object flow;  // keeps the node values alive
@@ -104,14 +71,18 @@ struct System {
 
 static void make_system(System* self, Row model, nb::object flow, Triples obstacles,
                         Triples droplets) {
-    std::vector<Start> starts;
-    for (std::size_t i = 0; i < droplets.shape(0); ++i) {
-        const double* d = droplets.data() + 3 * i;
-        starts.push_back({d[0], d[1], d[2]});
-    }
     const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts,
-                                      best_kernels())};
+    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles),
+                                      starts_of(droplets), best_kernels())};
+}
+
+static void advance_system(System& self, double time) {
+    SignalWatch watch;
+    {
+        const nb::gil_scoped_release release;
+        self.collision.advance(time, [&] { return watch(); });
+    }
+    if (watch.pending()) throw nb::python_error();
 }
 
 static nb::dict dict_of(const Energies& e) {
@@ -169,10 +140,11 @@ static nb::list list_of(const std::vector<Event>& events) {
 static nb::list outlines(System& self) {
     nb::list list;
     const std::vector<Droplet>& droplets = self.collision.droplets();
+    const std::vector<std::vector<Vec2>> velocities = self.collision.synchronized_velocities();
     for (std::size_t i = 0; i < droplets.size(); ++i) {
         const Droplet& d = droplets[i];
-        list.append(nb::make_tuple(d.id, d.generation, array_of(d.positions()),
-                                   array_of(self.collision.synchronized_velocities(i))));
+        list.append(
+            nb::make_tuple(d.id, d.generation, array_of(d.positions()), array_of(velocities[i])));
     }
     return list;
 }
@@ -224,20 +196,75 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
                       nullptr, 0};
     const std::vector<Vec2> before = one[0].velocities();
     const double time = 1.0 / ring.drag_rate;
-    best_kernels().shift_velocities(scene, time);
+    ring.shift = time;
+    best_kernels().shift_velocities(scene);
     std::vector<Vec2> a = one[0].velocities();
     for (std::size_t i = 0; i < a.size(); ++i)
         a[i] = ring.drag_rate / relaxation(ring.drag_rate, time).replaced * (a[i] - before[i]);
     return array_of(a);
 }
 
-/// One collision from start to end, in pieces short enough for an interruption to be noticed.
+/// For tests: the list of contacts of one droplet's vertices with another droplet's edges.
+static nb::tuple touches_of(Row row, Points one, Points other, double diameter_one,
+                            double diameter_other) {
+    const Model model = checked_model(row);
+    const Droplet a = droplet_of(model, one, one, diameter_one),
+                  b = droplet_of(model, other, other, diameter_other);
+    ContactLists lists;
+    Survey box_a, box_b;
+    best_kernels().survey(a.ring, box_a);
+    best_kernels().survey(b.ring, box_b);
+    const PairRoom room = list_pair(lists, a.ring, 0, box_a.box, b.ring, 1, box_b.box, Vec2{0, 0});
+    nb::list list;
+    for (const DropletContact& c : lists.touches)
+        list.append(nb::make_tuple(c.vertex, c.first_edge, c.edge_count));
+    return nb::make_tuple(room.allowed, room.depth, list);
+}
+
+/// For tests: all contacts that an island lists, and how far its vertices may then move.
+static nb::tuple contact_lists(Row row, const std::vector<Points>& outlines, Triples obstacles,
+                               double period_x, double period_y, bool exhaustive) {
+    const Model model = checked_model(row);
+    World world{model, uniform_flow(0.0, 0.0).flow,
+                ObstacleGrid(obstacles_of(obstacles), {period_x, period_y}), best_kernels(),
+                Period{period_x, period_y}};
+    world.retires = true;  // no guard ends it
+    world.exhaustive = exhaustive;
+    Island island(world);
+    for (const Points& outline : outlines) {
+        const std::vector<Vec2> r = points_of(outline);
+        Droplet d(model, signed_area(r), r, std::vector<Vec2>(r.size(), Vec2{0, 0}));
+        for (int o = 0; o < static_cast<int>(world.obstacles.obstacles().size()); ++o) d.meet(o);
+        island.add(std::move(d));
+    }
+    island.begin(0.0);
+    nb::list walls, touches;
+    for (const WallContact& c : island.seen().lists.walls)
+        walls.append(nb::make_tuple(c.ring, c.first, c.last, c.obstacle.x, c.obstacle.y));
+    for (const DropletContact& c : island.seen().lists.touches)
+        touches.append(nb::make_tuple(c.ring, c.vertex, c.other, c.first_edge, c.edge_count,
+                                      c.image_x, c.image_y));
+    return nb::make_tuple(walls, touches);
+}
+
+/// For tests: the list of one droplet's vertices that may feel an obstacle which it has met.
+static nb::tuple wall_vertices(Row row, Points outline, double x, double y, double radius) {
+    const Droplet d = droplet_of(checked_model(row), outline, outline, 1.0);
+    Look look;
+    const Obstacle obstacle{x, y, radius};
+    const Nearby near = look_nearby(look, best_kernels(), d.ring, 0, obstacle, 0);
+    const double room = list_wall(look.lists, d, 0, obstacle, look.distance2.data() + near.chunks);
+    nb::list list;
+    for (const WallContact& c : look.lists.walls) list.append(nb::make_tuple(c.first, c.last));
+    return nb::make_tuple(room, list);
+}
+
+/// One collision from start to end, or until `stop` is set.
 static Result run_one(const Model& model, const FlowObject* flow, const std::atomic<bool>& stop) {
     const auto [obstacles, droplets] = default_arrangement(model);
     const Flow field = flow ? flow->flow : stokes_flow(obstacles.front());
     Collision collision(model, field, obstacles, droplets, best_kernels());
-    const double piece = 1e5 * model.time_step;
-    while (!collision.finished() && !stop) collision.advance(collision.time() + piece);
+    collision.advance(std::numeric_limits<double>::infinity(), [&] { return stop.load(); });
     return collision.result();
 }
 
@@ -251,6 +278,7 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
             "threads must be at least 1; got less; leave it out to use all cores");
     const std::size_t count = models.shape(0);
     const double* rows = models.data();
+    for (std::size_t i = 0; i < count; ++i) clocked(model_of(rows + i * kModelFields));
     std::vector<Result> results(count);
     bool interrupted = false;
     const auto watch = [&](std::size_t done) {
@@ -280,19 +308,20 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
                      kResultFields);
 }
 
-static nb::tuple tuple_of(const std::vector<const char*>& names) {
-    nb::list list;
-    for (const char* n : names) list.append(nb::str(n));
-    return nb::tuple(list);
-}
-
 void bind_collision(nb::module_& m) {
 #define PINCHOFF_NAME(name) #name,
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
     m.attr("TERMS") = tuple_of({PINCHOFF_TERMS(PINCHOFF_NAME)});
+#undef PINCHOFF_NAME
+#define PINCHOFF_NAME(name, limit) #name,
     m.attr("GUARDS") = tuple_of({"", PINCHOFF_GUARDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
+    nb::dict limits;
+#define PINCHOFF_LIMIT(name, limit) limits[#name] = limit_of(Guard::name);
+    PINCHOFF_GUARDS(PINCHOFF_LIMIT)
+#undef PINCHOFF_LIMIT
+    m.attr("GUARD_LIMITS") = limits;
 
     nb::class_<FlowObject>(m, "Flow",
                            "Fluid velocity as a function of position, in units of v_f∞ and D0.")
@@ -300,11 +329,12 @@ void bind_collision(nb::module_& m) {
     m.def(
         "StokesFlow",
         [](double radius, double x, double y) {
-            return FlowObject{stokes_flow({x, y, radius}), {}, {}};
+            return FlowObject{stokes_flow({x, y, radius}), {}};
         },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
+          "periodic_x"_a = false, "periodic_y"_a = false,
           "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), "
           "interpolated bicubically.");
 
@@ -314,10 +344,8 @@ void bind_collision(nb::module_& m) {
              "model: one number for each of MODEL_FIELDS; obstacles: (M, 3) rows x, y, radius; "
              "droplets: (K, 3) rows x, y,\n"
              "diameter; all in D0.")
-        .def(
-            "advance", [](System& s, double time) { s.collision.advance(time); }, "time"_a,
-            nb::call_guard<nb::gil_scoped_release>(),
-            "Run to the first sample at or after `time`, or to the end.")
+        .def("advance", &advance_system, "time"_a,
+             "Run to the first sample at or after `time`, or to the end. A signal ends it.")
         .def_prop_ro("finished", [](const System& s) { return s.collision.finished(); })
         .def_prop_ro("time", [](const System& s) { return s.collision.time(); })
         .def(
@@ -356,21 +384,34 @@ void bind_collision(nb::module_& m) {
           "obstacles"_a, "diameter"_a = 1.0,
           "Acceleration (n, 2) of the vertices as the time step computes it, drag included.");
 
+    m.def("touches", &touches_of, "model"_a, "one"_a, "other"_a, "diameter_one"_a = 1.0,
+          "diameter_other"_a = 1.0,
+          "Contacts that the engine lists between the vertices of one droplet (n, 2) and the edges "
+          "of another (m, 2):\n"
+          "(displacement of all vertices below which the list stays complete, depth, list of "
+          "(vertex, first edge, edges)).\nFor tests.");
+    m.def("contact_lists", &contact_lists, "model"_a, "outlines"_a, "obstacles"_a,
+          "period_x"_a = 0.0, "period_y"_a = 0.0, "exhaustive"_a = false,
+          "All contacts that the engine lists among droplets (n, 2) that have met the obstacles "
+          "(M, 3):\n"
+          "(walls (droplet, first, last + 1, x, y), touches (droplet, vertex, other, first edge, "
+          "edges, image x, image y)).\n"
+          "exhaustive: everybody is compared with everybody. For tests.");
+    m.def("wall_vertices", &wall_vertices, "model"_a, "outline"_a, "x"_a, "y"_a, "radius"_a,
+          "Vertices of a droplet (n, 2) that the engine lists as near an obstacle: (displacement "
+          "below which the list\n"
+          "stays complete, list of (first, last + 1)). For tests.");
+
     m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
           "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, "
           "len(RESULT_FIELDS)).");
-    const auto reference_ring = [](const Model& model) {
-        const auto [obstacles, droplets] = default_arrangement(model);
-        Collision c(model, stokes_flow(obstacles.front()), {}, droplets, best_kernels());
-        return c.droplets().front().ring;
-    };
     m.def(
         "stable_time_step",
-        [=](Row model) { return stable_time_step(reference_ring(checked_model(model))); },
-        "model"_a, "Largest stable time step of the model's undeformed droplet, in t0.");
+        [](Row model) { return stable_time_step(undeformed(row_model(model)).ring); }, "model"_a,
+        "Largest stable time step of the model's undeformed droplet, in t0.");
     m.def(
         "auto_time_step",
-        [=](Row model) { return auto_time_step(reference_ring(checked_model(model))); }, "model"_a,
+        [](Row model) { return auto_time_step(undeformed(row_model(model)).ring); }, "model"_a,
         "Time step with a margin for the deformed droplet and for accuracy, in t0.");
     m.def(
         "instruction_set", [] { return std::string(best_kernels().name); },
@@ -383,4 +424,5 @@ NB_MODULE(_core, m) {
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_collision(m);
+    pinchoff::bind_emulsion(m);
 }

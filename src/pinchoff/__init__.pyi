@@ -8,7 +8,11 @@ from .collisions.law import breakup_number as breakup_number
 from .collisions.parquet import read_collisions as read_collisions
 from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
+from .model import arrays as arrays
 from .model import flow as flow
+from .model.emulsion import Emulsion as Emulsion
+from .model.emulsion import Inlet as Inlet
+from .model.emulsion import simulate_emulsion as simulate_emulsion
 from .model.energy import term_forces as term_forces
 from .model.energy import total_energy as total_energy
 from .model.outlines import Outlines as Outlines
@@ -43,7 +47,9 @@ __all__ = [
     "Calibration",
     "Collision",
     "CollisionsTarget",
+    "Emulsion",
     "ImportedCollisions",
+    "Inlet",
     "InputError",
     "LawFit",
     "Line",
@@ -56,6 +62,7 @@ __all__ = [
     "SweepDesign",
     "VideoSettings",
     "__version__",
+    "arrays",
     "boundary",
     "breakup_number",
     "calibrate",
@@ -70,6 +77,7 @@ __all__ = [
     "read_collisions",
     "reproduce",
     "simulate",
+    "simulate_emulsion",
     "simulate_many",
     "sweep",
     "term_forces",

@@ -7,8 +7,11 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pinchoff as po
+from pinchoff.collisions.columns import QUANTITIES
 from pinchoff.collisions.reading import read_table
 from pinchoff.collisions.schema import SHARED_COLUMNS
 
@@ -63,6 +66,29 @@ def test_groups_from_physical_columns(physical):
     assert table["symmetry"].to_numpy() == pytest.approx([0.4, 0.9, 0.7])  # 1.3 is folded
     assert list(table.columns) == [column.name for column in SHARED_COLUMNS]
     assert table["neck_um"].isna().all()
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "ours"),
+    [
+        ("viscosity", "mu_mPa_s", 48.0),
+        ("viscosity", "mu_Pa_s", 48e3),
+        ("viscosity", "viscosity_Pa_s", 48e3),
+        ("surface_tension", "sigma_mN_m", 48.0),
+        ("surface_tension", "sigma_N_m", 48e3),
+        ("speed", "v_um_s", 48e-3),
+        ("speed", "v_mm_s", 48.0),
+        ("speed", "speed_m_s", 48e3),
+        ("contact_time", "t_ms", 48e-3),
+        ("contact_time", "t_s", 48.0),
+        ("area", "A_mm2", 48e6),
+        ("neck", "neck_m", 48e6),
+    ],
+)
+def test_the_end_of_a_columns_name_is_read_as_the_longest_unit(name, column, ours):
+    columns = {} if column.startswith(name) else {name: column}
+    table = po.import_collisions(groups(**{column: 48.0}), columns=columns).table
+    assert table[QUANTITIES[name].column].to_numpy() == pytest.approx(ours)
 
 
 def test_area_from_the_diameter_where_it_is_missing(physical):
@@ -273,3 +299,42 @@ def test_unreadable_files_are_refused(tmp_path, refused, name, content):
 def test_other_things_are_refused(refused):
     refused("table", po.import_collisions, [1, 2])
     refused("table", po.import_collisions, pd.DataFrame())
+
+
+# Any table
+
+
+CELLS = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.floats(0, 2),
+    st.sampled_from([None, "", "yes", "no", "broke", "0.5", "1", True, False, "x"]),
+)
+NUMBERS = st.one_of(st.floats(1e-3, 2), st.floats(1e-3, 2), st.just(float("nan")))
+
+
+@st.composite
+def tables(draw):
+    """A table with what a fit needs; one column may hold anything."""
+    count = draw(st.integers(1, 12))
+    names = ["symmetry", "capillary_number", "normalized_area", "normalized_thickness"]
+    columns = {name: draw(st.lists(NUMBERS, min_size=count, max_size=count)) for name in names}
+    outcomes = st.sampled_from([True, False])
+    columns["broke"] = draw(st.lists(outcomes, min_size=count, max_size=count))
+    strange = draw(st.sampled_from([*columns, "neck_um", "accepted"]))
+    columns[strange] = draw(st.lists(CELLS, min_size=count, max_size=count))
+    return pd.DataFrame({name: pd.Series(values) for name, values in columns.items()})
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(tables())
+def test_every_row_of_any_table_is_kept_or_set_aside_once(table):
+    """And what is kept is possible, has an outcome and a breakup number."""
+    try:
+        found = po.import_collisions(table)
+    except po.InputError:
+        return
+    rows = [*found.table["collision_id"] + 1, *found.set_aside["row"]]
+    assert sorted(rows) == list(range(1, len(table) + 1))
+    assert found.table["symmetry"].between(0, 1).all()
+    assert found.table["broke"].notna().all()
+    assert found.table["breakup_number"].notna().all()

@@ -63,7 +63,7 @@ class TriangleMesh:
 
     @cached_property
     def _finder(self) -> TriFinder:
-        from matplotlib.tri import Triangulation  # far faster than qhull's walk
+        from matplotlib.tri import Triangulation  # faster than finding the triangles by qhull
 
         x, y = self.points.T
         return Triangulation(x, y, self.triangles).get_trifinder()
@@ -87,7 +87,7 @@ class TriangleMesh:
         return np.asarray(np.degrees(np.min(angles, axis=0)))
 
 
-def wall_size(gap_um: float, elements: int, growth: float = GROWTH) -> float:
+def wall_size(gap_um: float, elements: float, growth: float = GROWTH) -> float:
     """Return the size at the walls with which so many elements span a gap.
 
     With h = h_w + G d, half a gap g holds ln(1 + G g / 2 h_w) / G elements.
@@ -101,7 +101,7 @@ def build_mesh(fluid: MultiPolygon, size: Size, largest_um: float) -> TriangleMe
     Parameters
     ----------
     fluid : MultiPolygon
-        With holes where pillars stand, µm.
+        The fluid, with holes where pillars stand, µm.
     size : callable
         Element size at points on walls.
     largest_um : float

@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.flow_check import FlowCheck
-    from pinchoff.chamber.layout import Pillar
+    from pinchoff.chamber.pillars import Pillar
 
 NODES_PER_RADIUS = 12.0
 """Nodes at least of the sampled flow across the obstacle's radius."""
@@ -93,6 +93,15 @@ def flow_around(
     Flow
         With the obstacle's centre at the origin, in units of the operation's droplet diameter D0
         and of the mean speed in the imaging area; zero in every pillar.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> along, across = flow_around(check).velocity(np.array([[-2.0, 0.0]]))[0]
+    >>> bool(0.8 < along < 1.2), bool(abs(across) < 0.05)
+    (True, True)
     """
     obstacle = check.central_obstacle() if obstacle is None else obstacle
     diameter = check.chamber.operation.droplet_diameter_um
@@ -131,7 +140,7 @@ def collision_parameters(check: FlowCheck, obstacle: Pillar, offset: float) -> P
     return Parameters.of_scale(
         scale,
         offset_um=offset * operation.droplet_diameter_um,
-        start_distance=_start_distance(check, obstacle),
+        start_distance=start_distance(check, obstacle),
     )
 
 
@@ -153,6 +162,15 @@ def compare_with_stokes(
         Ca_sim of the points of the lines.
     progress : bool, optional
         As for `pinchoff.boundary`.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> compared = compare_with_stokes(check, capillary_numbers=[80.0])
+    >>> compared.in_stokes.outcome
+    'broke'
     """
     obstacle = check.central_obstacle()
     parameters = collision_parameters(check, obstacle, OFFSET)
@@ -190,7 +208,7 @@ def _said(collision: Collision, line: Boundary) -> dict[str, Any]:
     }
 
 
-def _start_distance(check: FlowCheck, obstacle: Pillar) -> float:
+def start_distance(check: FlowCheck, obstacle: Pillar) -> float:
     """Return how far upstream a head-on droplet can start with its way clear of solids, D0.
 
     Raises

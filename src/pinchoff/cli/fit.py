@@ -4,51 +4,46 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite
-from pinchoff.cli.output import json_text, jsonable, printed_warnings
-from pinchoff.cli.table import ColumnMap, Constants, Units, imported
-from pinchoff.support.errors import InputError
+from pinchoff.cli.options import (
+    AsJson,
+    OutFolder,
+    Overwrite,
+    named_as_options,
+    option,
+)
+from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from pinchoff.collisions.importing import ImportedCollisions
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.figures.page import Picture
+    from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"
 LAWS = "laws.csv"
 SET_ASIDE = "set_aside.csv"
 PAGE = "report.html"
-FIGURES = {
-    "separated_outcomes.png": "S against Ca Ã z̃ of collisions that broke, of all, and of those "
-    "that did not, with the fitted separating line and that of the paper's experiments.",
-    "breakup_probability.png": "Share of collisions that broke against the breakup number, with "
-    "binomial intervals; the fitted law and a step.",
-    "daughter_areas.png": "Ratio of the daughters' areas against S. Dotted: S/(2 − S), without "
-    "exchange between the two sides.",
-    "neck_histograms.png": "Thinnest necks. Right: what cameras see in the last frame before the "
-    "break-up of the median droplet, simulated to 0.167 D0 and then thinning to nothing at "
-    "4.2 mm/s, the slowest that the paper's frames allow (an assumption).",
-    "constant_height.png": "Left: two droplets on the separating line, one twice as wide as the "
-    "other; their smaller parts are nearly as high. Right: the exponent that one height gives.",
-}
-_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *FIGURES)
+_FIGURES = (
+    "separated_outcomes.png",
+    "breakup_probability.png",
+    "daughter_areas.png",
+    "neck_histograms.png",
+    "constant_height.png",
+)
+_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *_FIGURES)
 
 _FIT = "Fit"
-_FLAGS = {
-    "free": "--free",
-    "symmetry_noise": "--symmetry-noise",
-    "confidence": "--confidence",
-    "samples": "--samples",
-    "fraction": "--fraction",
-}
+
+
+def _number(meaning: str, takes: str = "NUMBER") -> Any:
+    return option(takes, meaning, panel=_FIT)
 
 
 def fit(
@@ -64,35 +59,24 @@ def fit(
     constants: Constants = None,
     free: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="Fit its exponent: area, thickness, viscosity, surface_tension, speed; may be "
-            "repeated. The radius's follows from those of area and thickness.",
-            rich_help_panel=_FIT,
+        option(
+            "NAME",
+            "Fit its exponent: area, thickness, viscosity, surface_tension or speed; may "
+            "be repeated. The radius's follows from those of area and thickness",
+            default="none",
+            panel=_FIT,
         ),
     ] = None,
-    symmetry_noise: Annotated[
-        float,
-        typer.Option(help="Standard error of S to account for, as 0.088.", rich_help_panel=_FIT),
-    ] = 0.0,
-    confidence: Annotated[
-        float, typer.Option(help="Of the intervals.", rich_help_panel=_FIT)
-    ] = 0.95,
-    samples: Annotated[
-        int, typer.Option(help="Parts of the bootstrap.", rich_help_panel=_FIT)
-    ] = 100,
-    fraction: Annotated[
-        float, typer.Option(help="Of the collisions in a part.", rich_help_panel=_FIT)
-    ] = 0.5,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap.", rich_help_panel=_FIT)] = 0,
+    symmetry_noise: Annotated[float, _number("Standard error of S to account for, as 0.088")] = 0.0,
+    confidence: Annotated[float, _number("Confidence of the intervals")] = 0.95,
+    samples: Annotated[int, _number("Parts of the bootstrap", "INTEGER")] = 100,
+    fraction: Annotated[float, _number("Share of the collisions in a part")] = 0.5,
+    seed: Annotated[int, _number("Same seed, same parts", "INTEGER")] = 0,
     out: OutFolder = "law",
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", metavar="", help="Print law.json alone.", rich_help_panel=OUTPUT),
-    ] = False,
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fit the break-up law to a table of collisions.
+    r"""Fit the break-up law to a table of collisions.
 
     The columns symmetry and broke must be there. Ca, Ã and z̃ are
     capillary_number, normalized_area and normalized_thickness, or follow
@@ -110,111 +94,73 @@ def fit(
 
     pinchoff fit phase-diagram --out law
 
-    pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2
+    pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2 \
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
-    with printed_warnings():
-        collisions = imported(table, columns, units, constants)
-        prepare_folder(folder, _FILES, overwrite=overwrite)
-        study = _studied(
-            collisions,
-            free=tuple(free or ()),
-            symmetry_noise=symmetry_noise,
-            confidence=confidence,
-            samples=samples,
-            fraction=fraction,
-            seed=seed,
-        )
+    collisions = imported(table, columns, units, constants)
+    prepare_folder(folder, _FILES, overwrite=overwrite)
+    study = _studied(
+        collisions,
+        free=tuple(free or ()),
+        symmetry_noise=symmetry_noise,
+        confidence=confidence,
+        samples=samples,
+        fraction=fraction,
+        seed=seed,
+    )
     for message in collisions.messages():
         print(f"warning: {message}", file=sys.stderr)
     remove_results(folder, _FILES)
     _write(study, table.name, folder)
-    if as_json:
-        print(_law_text(study), end="")
-    else:
-        _print(study)
-    for name in _FILES:
-        if (folder / name).exists():
-            print(f"wrote {folder / name}", file=sys.stderr if as_json else sys.stdout)
+    files = (folder / name for name in _FILES)
+    announce(_report(study), lambda: _print(study), files, as_json=as_json)
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
-    from pinchoff.fits.study import study_law
+    from pinchoff.fits.law_study import study_law
 
     samples = options["samples"]
     assert isinstance(samples, int)
-    try:
-        with progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show:
-            return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
-    except InputError as error:
-        name = _FLAGS.get(error.argument, error.argument)
-        name = "TABLE" if name == "table" else name
-        raise InputError.of(name, error.rule, error.got, error.advice) from None
+    with (
+        named_as_options(*options, table="TABLE"),
+        progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show,
+    ):
+        return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
 
 
-def _law_text(study: LawStudy) -> str:
+def _report(study: LawStudy) -> dict[str, Any]:
     from pinchoff import __version__
 
-    return json_text(jsonable({**study.to_dict(), "pinchoff_version": __version__}))
+    return {**jsonable(study.to_dict()), "pinchoff_version": __version__}
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
     from pinchoff.figures import style
-    from pinchoff.figures.pages.law import law_page
+    from pinchoff.figures.pages.law import law_figures, law_page
 
-    with written_aside(folder / LAW) as unfinished:
-        unfinished.write_text(_law_text(study), encoding="utf-8")
+    write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
         if frame is not None and len(frame):
             with written_aside(folder / name) as unfinished:
                 frame.to_csv(unfinished, index=False)
-    for name, axes in _drawn(study):
-        style.save(folder / name, axes)
-    pictures = [(folder / name, text) for name, text in FIGURES.items() if (folder / name).exists()]
-    law_page(study, source, pictures).write(folder / PAGE)  # type: ignore[arg-type]
-
-
-def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
-    """Draw the figures for which the table has the data."""
-    from pinchoff.figures.breakup_probability import breakup_probability
-    from pinchoff.figures.constant_height import constant_height
-    from pinchoff.figures.daughters import daughter_areas
-    from pinchoff.figures.neck_histograms import neck_histograms
-    from pinchoff.figures.phase_diagram import separated_outcomes
-    from pinchoff.studies.necks import median_history
-
-    table, fit = study.collisions.table, study.fit
-    separated, probability, daughters, necks, height = FIGURES
-    drawn = [
-        (separated, separated_outcomes(table, fit)[0]),
-        (probability, breakup_probability(table, fit)),
-        (height, constant_height(fit)[0]),
-    ]
-    if (table["daughter_area_ratio"].notna() & table["broke"]).any():
-        drawn.append((daughters, daughter_areas(table)))
-    if table[["neck_um", "neck_thickness"]].notna().any(axis=None):
-        drawn.append((necks, neck_histograms(table, median_history())[0]))
-    return drawn
+    pictures: list[tuple[Picture, str]] = []
+    for name, (axes, caption) in law_figures(study).items():
+        style.save(folder / f"{name}.png", axes)
+        pictures.append((folder / f"{name}.png", caption))
+    law_page(study, source, pictures).write(folder / PAGE)
 
 
 def _print(study: LawStudy) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
     from pinchoff.figures.pages.law import interval, signed_number
     from pinchoff.fits.form import SYMBOLS
 
-    title = f"{study.fit.confidence:.0%} intervals"
-    shown = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")
-    shown.add_column("")
-    for heading in ("value", *study.intervals):
-        shown.add_column(heading, justify="right")
+    rows = []
     for name, estimate in study.estimates.items():
         several = (interval(numbers[name]) for numbers in study.intervals.values())
-        shown.add_row(SYMBOLS[name], signed_number(estimate.value), *several)
-    Console().print(shown)
+        rows.append((SYMBOLS[name], signed_number(estimate.value), *several))
+    title = f"{study.fit.confidence:.0%} intervals"
+    print_table(("", "value", *study.intervals), rows, title=title)
     print(f"{study.fit.count} collisions, {study.fit.broke_count} of which broke")
     if study.fit.step:
         print(f"w = 0: {study.fit.step}")

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
@@ -106,7 +108,18 @@ def remove_results(out: Path, results: Iterable[str]) -> None:
     ----------
     out : Path
     results : iterable of str
-        Names of files; those that do not exist are passed over.
+        Names of files, or patterns of them; what does not exist is passed over.
     """
-    for name in results:
-        (out / name).unlink(missing_ok=True)
+    for pattern in results:
+        for path in out.glob(pattern):
+            path.unlink()
+
+
+@contextmanager
+def going_on_with(out: str) -> Iterator[None]:
+    """Say after Ctrl-C that the same command goes on where it was stopped."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
+        raise

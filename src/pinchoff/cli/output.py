@@ -1,4 +1,4 @@
-"""What commands report: JSON, warnings, and the results of one collision as a table."""
+"""What commands report: tables, JSON, the names of files, warnings."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
+from pinchoff.support.files import written_aside
 
 _TABLE = (
     "outcome",
@@ -30,51 +30,41 @@ _TABLE = (
     "droplet_count",
     "end_time",
 )
-_PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
 
 
-def report_of(collision: Collision, preset: str) -> dict[str, Any]:
-    """Return what goes into collision.json."""
-    from pinchoff import __version__
+def print_collision(row: Mapping[str, Any]) -> None:
+    """Print the results that a collision has, with their units."""
     from pinchoff.collisions.schema import units
 
-    parameters, row = collision.parameters, collision.to_row()
-    results = collision.to_dict()
-    given = results.pop("parameters")
-    if parameters.scale is not None:
-        results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
-    return {
-        "pinchoff_version": __version__,
-        "preset": preset,
-        "parameters": given,
-        "derived": {
-            "capillary_number": parameters.capillary_number,
-            "normalized_area": parameters.normalized_area,
-            "normalized_thickness": parameters.normalized_thickness,
-            "breakup_number": _finite(row["breakup_number"]),
-            "effective_time_step": parameters.effective_time_step,
-        },
-        "results": results,
-        "units": {
-            **{name: unit for name, unit in units().items() if unit and name in results},
-            "daughter_areas": "D0²",
-            "contacts": "D0, t0, v_f∞",
-            "breakups": "D0, t0, v_f∞",
-        },
-    }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    rows = []
+    for name in _TABLE:
+        value, unit = row[name], units()[name]
+        if not isinstance(value, float):
+            rows.append((name, str(value), ""))
+        elif math.isfinite(value):
+            rows.append((name, f"{value:.4g}", "" if unit == "1" else unit))
+    print_table(("result", "value", "unit"), rows, left=(0, 2))
 
 
 def json_text(report: Mapping[str, Any]) -> str:
-    """Return a report as JSON in the strict sense: no NaN."""
+    """Return a report as JSON in the strict sense: no NaN.
+
+    Examples
+    --------
+    >>> json_text({"S": 0.5}).split()
+    ['{', '"S":', '0.5', '}']
+    """
     return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def jsonable(value: Any) -> Any:
-    """Return the value as JSON can hold it, with None where it is not a finite number."""
+    """Return the value as JSON can hold it, with None where it is not a finite number.
+
+    Examples
+    --------
+    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
+    {'w': None, 'n': [1, 2.5]}
+    """
     if isinstance(value, Mapping):
         return {str(name): jsonable(each) for name, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -82,33 +72,87 @@ def jsonable(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-@contextmanager
-def printed_warnings() -> Iterator[None]:
-    """Print each warning once, as one line on stderr."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", UserWarning)
-        warnings.simplefilter("always", RuntimeWarning)
-        yield
-    for message in dict.fromkeys(str(warning.message) for warning in caught):
-        print(f"warning: {message}", file=sys.stderr)
+def write_json(path: Path, report: Mapping[str, Any]) -> None:
+    """Write a report, complete or not at all."""
+    with written_aside(path) as unfinished:
+        unfinished.write_text(json_text(report), encoding="utf-8")
 
 
-def print_table(row: Mapping[str, Any]) -> None:
-    """Print the results that there are, with their units."""
+def announce(
+    report: Mapping[str, Any],
+    tell: Callable[[], object],
+    files: Iterable[Path],
+    *,
+    as_json: bool,
+) -> None:
+    """Say what came of a command, as JSON or in words, and name the files that there are.
+
+    Parameters
+    ----------
+    report : mapping
+        The JSON.
+    tell : callable
+        Prints the words.
+    files : iterable of Path
+        Those that exist are named: on stdout, beside JSON on stderr.
+    as_json : bool
+        Whether to print the JSON.
+    """
+    if as_json:
+        print(json_text(report), end="")
+    else:
+        tell()
+    for path in files:
+        if path.exists():
+            print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+
+
+def print_table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    left: Collection[int] = (0,),
+    title: str | None = None,
+) -> None:
+    """Print a table.
+
+    Parameters
+    ----------
+    headings : sequence of n str
+        One for each column.
+    rows : iterable of sequence of n str
+    left : collection of int, optional
+        Columns of words, which are aligned to the left; all others are of numbers.
+    title : str, optional
+
+    Examples
+    --------
+    >>> print_table(("result", "value"), [("symmetry", "0.78")])  # doctest: +SKIP
+    """
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
-    from pinchoff.collisions.schema import units
-
-    table = Table(box=SIMPLE_HEAD)
-    table.add_column("result")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    for name in _TABLE:
-        value, unit = row[name], units()[name]
-        if not isinstance(value, float):
-            table.add_row(name, str(value), "")
-        elif math.isfinite(value):
-            table.add_row(name, f"{value:.4g}", "" if unit == "1" else unit)
+    table = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if k in left else "right", no_wrap=k in left)
+    for row in rows:
+        table.add_row(*row)
     Console().print(table)
+
+
+@contextmanager
+def printed_warnings() -> Iterator[None]:
+    """Print each warning once, as one line on stderr, when it is given."""
+    printed: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        if str(message) not in printed:
+            printed.add(str(message))
+            print(f"warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.simplefilter("always", RuntimeWarning)
+        warnings.showwarning = show
+        yield

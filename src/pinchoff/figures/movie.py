@@ -29,7 +29,7 @@ def write_movie(
     path: str | os.PathLike[str],
     outlines: Outlines,
     fps: int = 30,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> None:
     """Film a run as H.264 (yuv420p, 960 by 540 pixels) in an MP4 file.
 
@@ -66,7 +66,7 @@ def write_movie(
 
 
 def _window(outlines: Outlines) -> Window:
-    """Return a window round the obstacles, or round all that happens where there are none."""
+    """Return a window about the obstacles, or about the whole run where it has none."""
     if len(outlines.obstacles):
         centres, radii = outlines.obstacles[:, :2], outlines.obstacles[:, 2:]
         low = (centres - radii).min(axis=0) - _REACH

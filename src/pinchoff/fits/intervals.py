@@ -18,6 +18,7 @@ from pinchoff.fits.likelihood import (
     Maximum,
     maximum,
 )
+from pinchoff.support.arguments import checked_whole
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 from pinchoff.support.progress import Show
@@ -31,7 +32,13 @@ _PRECISION = 1e-4  # of the ends of a profile's interval, relative to its half w
 
 
 def normal_quantile(confidence: float) -> float:
-    """Return z of a two-sided normal interval: 1.96 for 0.95."""
+    """Return z of a two-sided normal interval: 1.96 for 0.95.
+
+    Examples
+    --------
+    >>> round(normal_quantile(0.95), 4)
+    1.96
+    """
     return NormalDist().inv_cdf(0.5 + confidence / 2)
 
 
@@ -278,8 +285,7 @@ def _bootstrap_of(
 
 def require_parts(samples: int, fraction: float, count: int) -> None:
     """Refuse a number or a size of a bootstrap's parts that makes none, as `bootstrap` does."""
-    if not 2 <= samples <= 100_000:
-        raise InputError.of("samples", "a whole number from 2 to 100000", samples, "use 100")
+    checked_whole("samples", samples, "use 100", low=2, high=100_000)
     if not 0.0 < fraction < 1.0 or not 0 < round(fraction * count) < count:
         rule = "between 0 and 1, and a number of collisions less than all"
         raise InputError.of("fraction", rule, fraction, "use 0.5")

@@ -36,7 +36,7 @@ from pinchoff.fits.likelihood import (
 from pinchoff.fits.noise import NoisyLikelihood
 from pinchoff.fits.rows import Rows, rows_of
 from pinchoff.fits.separation import Gap, widest_gap
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_confidence, checked_number
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 
@@ -240,7 +240,7 @@ class LawFit:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; an infinite end of an interval is not finite there either."""
         return {
-            **{name: each._asdict() for name, each in self.estimates.items()},
+            **{name: estimate._asdict() for name, estimate in self.estimates.items()},
             "free": list(self.free),
             "confidence": self.confidence,
             "count": self.count,
@@ -254,7 +254,7 @@ class LawFit:
         }
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name} = {each}" for name, each in self.estimates.items())
+        numbers = ", ".join(f"{name} = {estimate}" for name, estimate in self.estimates.items())
         return f"<LawFit to {self.count} collisions: {numbers}>"
 
     def _bound(self) -> Estimate:
@@ -306,9 +306,17 @@ def fit_law(
     -----
     UserWarning
         Rows were set aside, or there are so few that the intervals are wide.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> fit = po.fit_law(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
+    >>> print(f"{fit.alpha.value:.3f} {fit.beta.value:.2f} {fit.w.value:.2f}")
+    0.086 -0.73 0.08
     """
-    _require_between("confidence", confidence, 0.0, 1.0, "use 0.95")
-    _require_between("symmetry_noise", symmetry_noise, -1e-300, 0.5, "use 0.088, or 0 for none")
+    confidence = checked_confidence(confidence)
+    advice = "use 0.088, or 0 for none"
+    symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
     form = Form(free_names(free))
     imported = checked_collisions(table)
     rows = rows_of(imported.table, form)
@@ -392,8 +400,3 @@ def _warn_of_few(fit: LawFit) -> None:
         UserWarning,
         stacklevel=3,
     )
-
-
-def _require_between(name: str, value: object, low: float, high: float, advice: str) -> None:
-    if not low < finite_or_nan(value) < high:
-        raise InputError.of(name, f"a number between {max(low, 0):g} and {high:g}", value, advice)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 from pinchoff.support.errors import InputError
 
-if TYPE_CHECKING:
-    from pinchoff.model.parameters import Parameters
 
-
-def require_consistent(parameters: Parameters) -> None:
+def require_consistent(parameters: Any) -> None:
     """Refuse parameters each of which is in its range, but which make no sense together.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Without its type in the code: its module imports this one.
 
     Raises
     ------
@@ -26,7 +28,7 @@ def require_consistent(parameters: Parameters) -> None:
     _require_scale(parameters)
 
 
-def _require_start(p: Parameters) -> None:
+def _require_start(p: Any) -> None:
     nearest = p.obstacle_radius + 0.75
     if p.start_distance <= nearest:
         raise InputError.of(
@@ -37,7 +39,7 @@ def _require_start(p: Parameters) -> None:
         )
 
 
-def _require_separation(p: Parameters) -> None:
+def _require_separation(p: Any) -> None:
     if p.neck_separation_unit != "perimeter":
         return
     if p.neck_separation >= 0.5:
@@ -57,7 +59,7 @@ def _require_separation(p: Parameters) -> None:
         )
 
 
-def _require_thickness(p: Parameters) -> None:
+def _require_thickness(p: Any) -> None:
     """Refuse a threshold at which the undeformed droplet breaks, a circle of diameter 1."""
     half_angle = p.neck_separation * (math.pi if p.neck_separation_unit == "perimeter" else 1.0)
     chord = math.sin(half_angle)
@@ -70,7 +72,7 @@ def _require_thickness(p: Parameters) -> None:
         )
 
 
-def _require_scale(p: Parameters) -> None:
+def _require_scale(p: Any) -> None:
     for name in ("size_ratio", "simulation_capillary_number") if p.scale else ():
         expected = getattr(p.scale, name)
         if not math.isclose(getattr(p, name), expected, rel_tol=1e-9):

@@ -6,19 +6,19 @@ speeds in v_f∞.
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.errors import InputError
 
 Flow: TypeAlias = _core.Flow
 """What the constructors below return; ``.velocity(points)`` takes and gives (n, 2) arrays."""
 
+_ADVICE = "give it in D0 or v_f∞"
 _LEAST_NODES = 4
 _SPACING_TOLERANCE = 1e-4  # of the spacing: axes of single precision are regular
 
@@ -39,15 +39,22 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     ------
     InputError
         A number is not finite, or the radius not positive.
+
+    Examples
+    --------
+    >>> flow = stokes(0.2)
+    >>> flow.velocity(np.array([[0.2, 0.0], [0.0, 1.0]]))[:, 0].round(3).tolist()
+    [0.0, 2.089]
     """
-    if not finite_or_nan(radius) > 0:
-        raise InputError.of("radius", "positive and finite", radius, "give the obstacle's R in D0")
+    radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     try:
         x, y = center
     except (TypeError, ValueError):
         advice = "give the obstacle's x and y in D0"
         raise InputError.of("center", "a pair of numbers", center, advice) from None
-    return _core.StokesFlow(float(radius), _finite("center[0]", x), _finite("center[1]", y))
+    return _core.StokesFlow(
+        radius, *(checked_number(f"center[{k}]", r, _ADVICE) for k, r in enumerate((x, y)))
+    )
 
 
 def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
@@ -62,11 +69,16 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
     ------
     InputError
         A component is not finite.
+
+    Examples
+    --------
+    >>> uniform(0.5).velocity(np.array([[3.0, -2.0]])).tolist()
+    [[0.5, 0.0]]
     """
-    return _core.UniformFlow(_finite("vx", vx), _finite("vy", vy))
+    return _core.UniformFlow(checked_number("vx", vx, _ADVICE), checked_number("vy", vy, _ADVICE))
 
 
-def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
+def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike, *, periodic: str = "") -> Flow:
     """Flow given at the nodes of a regular grid, bicubic between them.
 
     What lies between two nodes is not known to the flow: some ten nodes across each obstacle's
@@ -80,14 +92,26 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         As `x`.
     u, v : array_like, shape (ny, nx)
         The velocity's x and y components at the nodes, v_f∞.
+    periodic : {"", "x", "y", "xy"}, optional
+        Axes along which the flow repeats itself: the node after the last one is the first.
 
     Raises
     ------
     InputError
         An axis is not ascending, regular and long enough; an array has the wrong shape; or a
         number is not finite.
+
+    Examples
+    --------
+    >>> nodes = np.linspace(0.0, 3.0, 4)
+    >>> u, v = np.meshgrid(nodes, nodes)
+    >>> sampled(nodes, nodes, u, -v).velocity(np.array([[1.5, 0.5]])).round(12).tolist()
+    [[1.5, -0.5]]
     """
     x_nodes, y_nodes = _axis("x", x), _axis("y", y)
+    if periodic not in ("", "x", "y", "xy"):
+        advice = "leave it out where the flow does not repeat itself"
+        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
     shape = (y_nodes.size, x_nodes.size)
     return _core.SampledFlow(
         x_nodes[0],
@@ -96,14 +120,9 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         (y_nodes[-1] - y_nodes[0]) / (y_nodes.size - 1),
         _component("u", u, shape),
         _component("v", v, shape),
+        periodic_x="x" in periodic,
+        periodic_y="y" in periodic,
     )
-
-
-def _finite(name: str, value: float) -> float:
-    number = finite_or_nan(value)
-    if math.isnan(number):
-        raise InputError.of(name, "a finite number", repr(value), "give it in D0 or v_f∞")
-    return number
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -22,8 +22,8 @@ from pinchoff.model.presets import preset_constants, preset_description, preset_
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
+from pinchoff.support.paper_constants import CA_PER_CA_SIM, NECK_SEPARATION, NECK_THICKNESS
 from pinchoff.support.quantities import (
-    CA_PER_CA_SIM,
     PhysicalScale,
     blaming_quantities,
     groups_of_scale,
@@ -193,7 +193,7 @@ class Parameters(Checked):
         note="A droplet that has not left the obstacle behind by then counts as captured.",
     )
     neck_thickness: Number = parameter(
-        0.167,
+        NECK_THICKNESS,
         "the thickness below which a neck breaks",
         symbol="d_min-neck",
         unit="D0",
@@ -203,7 +203,7 @@ class Parameters(Checked):
         column="neck_thickness_limit",  # neck_thickness is what is measured
     )
     neck_separation: Number = parameter(
-        0.28,
+        NECK_SEPARATION,
         "the shortest arc between the two sides of a neck",
         symbol="d_min-sep",
         unit="1 or D0",
@@ -250,6 +250,11 @@ class Parameters(Checked):
         ------
         InputError
             There is no such preset, or as the constructor.
+
+        Examples
+        --------
+        >>> Parameters.preset("literal-separation", offset=0).neck_separation_unit
+        'diameter'
         """
         return cls(**{**preset_constants(name), **changes})
 
@@ -339,6 +344,14 @@ class Parameters(Checked):
         ------
         InputError
             As `from_physical`.
+
+        Examples
+        --------
+        >>> scale = PhysicalScale(
+        ...     diameter_um=481, speed_mm_s=1, obstacle_radius_um=85, thickness_um=85,
+        ...     viscosity_mPa_s=48, surface_tension_mN_m=20)
+        >>> round(Parameters.of_scale(scale, offset_um=20).offset, 4)
+        0.0416
         """
         refuse_physical_groups(constants)
         return cls._of_groups(constants, groups_of_scale(scale, offset_um))
@@ -384,6 +397,11 @@ class Parameters(Checked):
         ------
         InputError
             As `from_toml`.
+
+        Examples
+        --------
+        >>> Parameters.from_config({"preset": "paper-step", "offset": 0.1}).time_step
+        0.0001
         """
         table = dict(config)
         physical = table.pop("physical", None)
@@ -453,6 +471,13 @@ class Parameters(Checked):
         ------
         InputError
             The given time step is unstable.
+
+        Examples
+        --------
+        >>> from pinchoff import _core
+        >>> row = Parameters(size_ratio=4).model_row()
+        >>> float(row[_core.MODEL_FIELDS.index("obstacle_radius")])
+        0.25
         """
         from pinchoff import _core
 

@@ -10,16 +10,15 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.flow import Flow
-from pinchoff.model.outcomes import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
+from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError
 from pinchoff.support.progress import Show, progress_bar, shifted
 
@@ -97,6 +96,15 @@ def simulate(
     -----
     UserWarning
         There are several obstacles and no flow: the Stokes flow knows the first only.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collision = po.simulate(po.Parameters(offset=0.02), outlines=True)
+    >>> collision.outcome, round(collision.symmetry, 3), collision.droplet_count
+    ('broke', 0.911, 2)
+    >>> len(collision.outlines.times)
+    85
     """
     _require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
@@ -198,6 +206,13 @@ def simulate_many(
     -----
     RuntimeWarning
         Guards stopped some of the runs; says how many.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> runs = po.simulate_many([po.Parameters(offset=y, follow_daughters=False) for y in (0, 0.2)])
+    >>> runs["broke"].tolist(), runs.attrs["units"]["contact_time"]
+    ([True, False], 't0')
     """
     from pinchoff.collisions import schema
 
@@ -236,12 +251,8 @@ def thread_count(threads: int | None) -> int:
         if hasattr(os, "sched_getaffinity"):
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1
-    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)):
-        raise InputError.of("threads", "a whole number", threads, "leave it out for all cores")
-    if not 1 <= threads <= MOST_THREADS:
-        rule = f"from 1 to {MOST_THREADS}"
-        raise InputError.of("threads", rule, int(threads), "leave it out for all cores")
-    return int(threads)
+    advice = "leave it out for all cores"
+    return checked_whole("threads", threads, advice, low=1, high=MOST_THREADS)
 
 
 def _samples_between_records(outlines: object) -> int:

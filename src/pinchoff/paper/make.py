@@ -1,10 +1,11 @@
-"""Make the figures and numbers, one after the other, into a folder that can be taken up again."""
+"""Make the figures and numbers one after the other; a later call goes on where one stopped."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -28,10 +29,11 @@ NUMBERS = "numbers"
 """Name of the table of numbers among the figures."""
 
 ITEMS = (*(figure.name for figure in FIGURES), NUMBERS)
-"""What can be made, by name."""
+"""Names of all that can be made."""
 
 
-_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}  # of the extras
+# modules that show whether an extra is installed
+_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Reproduction:
     settings : dict
         Version, seed, quick or not, and the experiment's digest.
     seconds : float
-        That making all of it took, now or before.
+        Time to make all of it, in this call and earlier ones.
     """
 
     path: Path
@@ -79,6 +81,16 @@ class Reproduction:
     left_out: dict[str, str]
     settings: dict[str, Any]
     seconds: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return settings, numbers and what figures there are, fit for JSON."""
+        return {
+            **self.settings,
+            "figures": [made.figure.name for made in self.figures],
+            "left_out": self.left_out,
+            "numbers": [number.to_dict() for number in self.numbers],
+            "seconds": self.seconds,
+        }
 
 
 def reproduce(
@@ -114,6 +126,13 @@ def reproduce(
     ------
     InputError
         There is no such item, or the folder holds a reproduction with other settings.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> made = reproduce(tempfile.mkdtemp(), only=["2", "3"], quick=True)
+    >>> [figure.png.name for figure in made.figures]
+    ['figure_2.png', 'figure_3.png']
     """
     wanted = _wanted(only)
     folder = Path(out)
@@ -146,6 +165,13 @@ def reproduce(
     return Reproduction(folder, figures, found, left_out, settings, seconds)
 
 
+def remove_reproduction(folder: Path) -> None:
+    """Remove what `reproduce` wrote to a folder, films included, and nothing else."""
+    for pattern in ("figure_*.*", f"{NUMBERS}.*", SETTINGS, "film_*"):
+        for path in folder.glob(pattern):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
 def _absent(extra: str) -> str:
     """Return the first module of an extra that is not installed; empty if all are."""
     return next((name for name in _MODULES.get(extra, ()) if find_spec(name) is None), "")
@@ -157,7 +183,7 @@ def _wanted(only: Iterable[str] | None) -> list[str]:
     chosen = [name.strip() for name in only]
     for name in chosen:
         if name not in ITEMS:
-            raise unknown_name("only", "figures of the paper, or numbers", name, ITEMS)
+            raise unknown_name("only", "the name of a figure of the paper, or numbers", name, ITEMS)
     return [name for name in ITEMS if name in chosen]
 
 

@@ -1,4 +1,4 @@
-"""What figures and numbers are made from: computed once, when something first asks for it."""
+"""The sources of figures and numbers, each computed once, when it is first needed."""
 
 from __future__ import annotations
 
@@ -11,30 +11,26 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.collisions.importing import ImportedCollisions, import_collisions
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, breakup_number
 from pinchoff.fits.law_fit import fit_law
-from pinchoff.fits.study import study_law
+from pinchoff.fits.law_study import study_law
 from pinchoff.model.parameters import Parameters, PhysicalScale
 from pinchoff.model.simulation import simulate, simulate_many
 from pinchoff.studies.boundary import boundary
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
 from pinchoff.studies.calibration.targets import PRESETS
 from pinchoff.studies.virtual import virtual_experiment
+from pinchoff.support import paper_constants as the_paper
+from pinchoff.support.quantities import capillary_number
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.fits import LawFit
-    from pinchoff.fits.study import LawStudy
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.fits.law_study import LawStudy
+    from pinchoff.model.results import Collision
     from pinchoff.studies.boundary.search import Boundary
 
 CAPILLARY = (16, 20, 25, 32, 40, 50, 64, 80)
 """Ca_sim of the paper's separating line."""
-
-OIL_MPA_S = 48.0
-TENSION_MN_M = 20.0
-RADIUS_UM = 85.0
-MEDIAN_DIAMETER_UM = 481.0
-"""The paper's standard experiment, and the median diameter of its droplets that broke."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +40,11 @@ class Study:
     Attributes
     ----------
     seed : int
-        Of the virtual experiment, of the bootstrap and of the simulated collisions.
+        Seed of the virtual experiment, the bootstrap and the simulated collisions.
     quick : bool
         Fewer and coarser simulations.
     experiment : ImportedCollisions or None
-        Real collisions, which take the place of the virtual experiment.
+        Real collisions. They replace the virtual experiment.
     folder : Path
         Where films and what is measured on them are kept.
     """
@@ -72,7 +68,7 @@ class Study:
 
     @cached_property
     def law(self) -> LawStudy:
-        """The law of the experiment, its exponents those of the paper."""
+        """The law fitted to the experiment with the paper's exponents."""
         return study_law(self.collisions, seed=self.seed)
 
     def exponents(self, *free: str) -> LawFit:
@@ -125,7 +121,7 @@ class Study:
     @cached_property
     def median_collision(self) -> Collision:
         """The paper's median breaking droplet at 1 mm/s, a little off-centre, with outlines."""
-        return simulate(droplet(MEDIAN_DIAMETER_UM, 1.0, 20.0), outlines=0.01)
+        return simulate(droplet(the_paper.MEDIAN_DIAMETER_UM, 1.0, 20.0), outlines=0.01)
 
     @cached_property
     def sequences(self) -> list[Collision]:
@@ -141,19 +137,20 @@ def droplet(diameter_um: float, speed_mm_s: float, offset_um: float) -> Paramete
     """Return the parameters of a droplet under the paper's standard conditions."""
     scale = PhysicalScale(
         diameter_um=diameter_um,
-        obstacle_radius_um=RADIUS_UM,
+        obstacle_radius_um=the_paper.OBSTACLE_RADIUS_UM,
         speed_mm_s=speed_mm_s,
-        viscosity_mPa_s=OIL_MPA_S,
-        surface_tension_mN_m=TENSION_MN_M,
-        thickness_um=RADIUS_UM,
+        viscosity_mPa_s=the_paper.VISCOSITY_MPA_S,
+        surface_tension_mN_m=the_paper.SURFACE_TENSION_MN_M,
+        thickness_um=the_paper.THICKNESS_UM,
     )
     return Parameters.of_scale(scale, offset_um=offset_um)
 
 
 def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -> float:
-    """Return the start offset in µm with which a droplet meets the obstacle at such an S."""
+    """Return the start offset [µm] with which a droplet has this S at first contact."""
     if symmetry == 1.0:
-        return 1e-3 * diameter_um  # exactly head-on, round-off would decide
+        # not exactly head-on: there round-off would decide to which side the droplet goes
+        return 1e-3 * diameter_um
     low, high = 0.0, 0.5
     for _ in range(3):
         offsets = [low + (high - low) * k / 16 for k in range(17)]
@@ -170,7 +167,15 @@ def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -
 
 
 def paper_breakup_number(area_mm2: float, speed_mm_s: float, symmetry: float = 1.0) -> float:
-    """Return Bk of a droplet under the standard conditions, with the paper's exact constants."""
-    capillary = OIL_MPA_S * speed_mm_s / TENSION_MN_M * 1e-3
-    area = area_mm2 * 1e6 / RADIUS_UM**2
+    """Return Bk of a droplet under the standard conditions, with the paper's exact constants.
+
+    Examples
+    --------
+    >>> round(paper_breakup_number(0.2, 1.0), 2)
+    1.92
+    """
+    capillary = capillary_number(
+        the_paper.VISCOSITY_MPA_S, speed_mm_s, the_paper.SURFACE_TENSION_MN_M
+    )
+    area = area_mm2 * 1e6 / the_paper.OBSTACLE_RADIUS_UM**2
     return float(breakup_number(capillary, area, symmetry, line=PAPER_EXPERIMENT_LINE))

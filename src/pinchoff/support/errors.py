@@ -55,6 +55,11 @@ class InputError(PinchoffError, ValueError):
             What was given. A string is shown as it is, anything else by its `repr`, shortened.
         advice : str
             What to do about it.
+
+        Examples
+        --------
+        >>> print(InputError.of("width", "positive", -1, "use 0.005"))
+        width must be positive; got -1; use 0.005
         """
         shown = _shortened(got if isinstance(got, str) else repr(got))
         error = cls(f"{argument} must be {rule}; got {shown}; {advice}")
@@ -65,8 +70,23 @@ class InputError(PinchoffError, ValueError):
         """Return the same error with the argument's name placed inside `place`.
 
         ``diameter`` within ``physical`` is ``physical.diameter``.
+
+        Examples
+        --------
+        >>> print(InputError.of("diameter", "a length", "3", "add a unit").within("physical"))
+        physical.diameter must be a length; got 3; add a unit
         """
-        return type(self).of(f"{place}.{self.argument}", self.rule, self.got, self.advice)
+        return self.renamed(f"{place}.{self.argument}")
+
+    def renamed(self, argument: str) -> InputError:
+        """Return the same error about an argument by another name, as the user wrote it.
+
+        Examples
+        --------
+        >>> print(InputError.of("threads", "positive", 0, "give 1").renamed("--threads"))
+        --threads must be positive; got 0; give 1
+        """
+        return type(self).of(argument, self.rule, self.got, self.advice)
 
 
 class SimulationError(PinchoffError, RuntimeError):

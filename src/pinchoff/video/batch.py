@@ -110,6 +110,12 @@ def measure_videos(
     ------
     InputError
         There are no clips, or two have the same name.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> settings = po.VideoSettings(pixel_size_um=5.28)
+    >>> found = po.measure_videos(["clip.mp4"], "measured", settings)  # doctest: +SKIP
     """
     require_video_extra("video")
     sources = clip_sources(clips)
@@ -271,8 +277,8 @@ def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSetting
 def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object]) -> dict[str, Any]:
     import cv2
 
+    from pinchoff.video.choice import Choice
     from pinchoff.video.clips import Measured, measure_clip
-    from pinchoff.video.levels import Calibrated
     from pinchoff.video.scale import clip_of, overlay_fps, scaled
 
     cv2.setNumThreads(1)  # clips run side by side
@@ -285,7 +291,7 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     recorders: list[clip_folder.ClipRecorder] = []
 
-    def begin(calibrated: Calibrated, obstacles: Any) -> Callable[[Measured], object]:
+    def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
         shown = fps if job.overlay else None
         recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
         recorders.append(recorder)
@@ -319,7 +325,9 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
         "overlay_fps": fps if job.overlay else None,
         "tracks": result.track_count,
         "obstacles": result.obstacles.tolist(),
-        "thresholds": result.calibrated.thresholds(),
+        "method": result.choice.method,
+        "scores": result.choice.scores(),
+        "thresholds": result.choice.thresholds(),
         "settings": settings.model_dump(mode="json"),
         "warning": result.warning,
     }

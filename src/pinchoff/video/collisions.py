@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import (
     CONTACT_DISTANCE_UM,
     RELEASE,
@@ -20,7 +21,6 @@ from pinchoff.video.encounters import (
     gap_to_circle,
     thinnest_neck,
 )
-from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event
 

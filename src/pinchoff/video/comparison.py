@@ -20,10 +20,15 @@ from pinchoff.model.outlines import Outlines
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
 from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import CA_PER_CA_SIM
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
 from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
-from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Encounter, gap_to_circle
+from pinchoff.video.encounters import (
+    CONTACT_DISTANCE_UM,
+    Encounter,
+    along_flow,
+    gap_to_circle,
+)
 from pinchoff.video.microscope.passages import Passage
 from pinchoff.video.settings import VideoSettings
 
@@ -183,7 +188,7 @@ def compare_collision(
         raise InputError.of("--collision", rule, got, "choose another")
 
     def centres(outlines: list[Floats]) -> Floats:
-        return _along_flow(np.array([_core.centroid(each) for each in outlines]), row)
+        return along_flow(np.array([_core.centroid(each) for each in outlines]), row)
 
     return Comparison(
         row=row,
@@ -392,11 +397,3 @@ def _filmed(folder: Path, row: dict[str, Any]) -> _Seen:
             if droplet.droplet_id == row["track_id"] and whole:
                 found.append((int(frames[round(time, 9)]), time, droplet.vertices))
     return found
-
-
-def _along_flow(points: Floats, row: dict[str, Any]) -> Floats:
-    """Return image points in µm relative to the obstacle, x along the flow, y to its left."""
-    angle = math.radians(float(row["flow_direction_deg"]))
-    x, y = (points - (row["obstacle_x_um"], row["obstacle_y_um"])).T
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return np.column_stack([cosine * x + sine * y, sine * x - cosine * y])

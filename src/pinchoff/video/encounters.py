@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ from pinchoff.collisions.schema import (
     measured_table,
 )
 from pinchoff.support.checked import Checked, Number, explained
+from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,9 +40,6 @@ of the paper's camera. A film of oil keeps them apart; in the simulation it is t
 
 RELEASE = 1.0
 """A collision is over when the droplet is this many obstacle radii away."""
-
-NECK_SEPARATION = 0.28
-"""Shortest arc between the sides of a neck, of the perimeter, as in the simulation."""
 
 
 FILM_COLUMNS: tuple[Column, ...] = (
@@ -289,3 +287,11 @@ def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
     along = -np.einsum("ij,ij->i", start, edge) / np.where(squared > 0.0, squared, 1.0)
     nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
     return float(np.sqrt(np.einsum("ij,ij->i", nearest, nearest).min()) - circle[2])
+
+
+def along_flow(points: Floats, row: Mapping[str, Any]) -> Floats:
+    """Return image points in µm relative to a row's obstacle, x along the flow, y to its left."""
+    angle = math.radians(float(row["flow_direction_deg"]))
+    x, y = (points - (row["obstacle_x_um"], row["obstacle_y_um"])).T
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.column_stack([cosine * x + sine * y, sine * x - cosine * y])

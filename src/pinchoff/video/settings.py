@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
@@ -14,6 +15,12 @@ from pinchoff.video.formats.source import SMALLEST_SIDE
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""
+
+SMALLEST_DROPLET_PX = 11.0
+"""Smallest diameter that is looked for unless one is given, pixels: a rim and an inside show."""
+
+METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
+"""Segmentations, by name."""
 
 
 _Even: TypeAlias = Annotated[WholeNumber, Field(ge=0, multiple_of=2)]
@@ -159,11 +166,17 @@ class VideoSettings(Checked):
     clicks: tuple[tuple[WholeNumber, Number, Number], ...] = explained(
         "a list of [frame, x, y]", "places inside droplets", default=()
     )
-    minimum_diameter_um: Number = number(0.0, 1e5, "the smallest droplet in µm", default=60.0)
+    minimum_diameter_um: Number | None = _derived(0.0, 1e5, "the smallest droplet in µm")
+    method: str | None = explained(
+        "one of " + ", ".join(METHOD_NAMES), "how droplets are told", default=None
+    )
     packed: bool = explained("true or false", "whether droplets fill the view", default=False)
     maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
     rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
     rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
+    find_obstacles: bool = explained(
+        "true or false", "whether pillars of any radius are looked for", default=False
+    )
     obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
         "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
     )
@@ -202,21 +215,33 @@ class VideoSettings(Checked):
     def _agrees(self) -> Self:
         if self.frames is not None:
             FrameRange.read(self.frames)
-        largest, smallest = self.maximum_diameter_um, self.minimum_diameter_um
-        if largest is not None and not largest > smallest:
-            rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
-            raise InputError.of("maximum_diameter_um", rule, largest, advice)
-        pixel = self.pixel_size_um
-        if self.packed and pixel is not None and smallest < SMALLEST_RIM_PX * pixel:
-            rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
-            got = f"{smallest:g} µm, {smallest / pixel:.3g} pixels"
-            raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
+        if self.method is not None and self.method not in METHOD_NAMES:
+            rule, advice = "one of " + ", ".join(METHOD_NAMES), "or leave it out: the clip decides"
+            raise InputError.of("method", rule, self.method, advice)
+        if self.pixel_size_um is not None:
+            self._agree_in_pixels(self.pixel_size_um)
         if self.obstacles is not None and self.lattice is not None:
             advice = "give one of the two"
             raise InputError.of("lattice", "left out beside obstacles", "both", advice)
         return self
 
+    def _agree_in_pixels(self, pixel_um: float) -> None:
+        """Refuse sizes that do not go together, once that of a pixel is known."""
+        smallest, largest = self.minimum_diameter_um, self.maximum_diameter_um
+        if smallest is None:
+            smallest = SMALLEST_DROPLET_PX * pixel_um
+        if largest is not None and not largest > smallest:
+            rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
+            raise InputError.of("maximum_diameter_um", rule, largest, advice)
+        if self.method == "packed" and smallest < SMALLEST_RIM_PX * pixel_um:
+            rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
+            got = f"{smallest:g} µm, {smallest / pixel_um:.3g} pixels"
+            raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
+
     @property
     def minimum_area_px(self) -> float:
         """Area of the smallest droplet, pixels."""
-        return 0.785 * (self.minimum_diameter_um / self.pixel_um) ** 2
+        smallest = SMALLEST_DROPLET_PX
+        if self.minimum_diameter_um is not None:
+            smallest = self.minimum_diameter_um / self.pixel_um
+        return 0.25 * math.pi * smallest**2

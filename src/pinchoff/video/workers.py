@@ -19,8 +19,8 @@ from multiprocessing.context import SpawnContext
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
+    from pinchoff.video.droplets import Droplet
     from pinchoff.video.reading import Frame
-    from pinchoff.video.segmentation import Droplet
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

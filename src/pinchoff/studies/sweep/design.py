@@ -16,8 +16,9 @@ import numpy as np
 
 from pinchoff.model.parameters import DEFAULTS, PARAMETERS, Parameters
 from pinchoff.model.presets import preset_constants
-from pinchoff.studies.sweep.axes import Axis, Levels, read_axis, whole_number
+from pinchoff.studies.sweep.axes import Axis, Levels, read_axis
 from pinchoff.studies.sweep.sampling import KINDS, unit_points
+from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
@@ -96,6 +97,12 @@ class SweepDesign:
         ------
         InputError
             A key is unknown or missing, or its value wrong; the message names the key.
+
+        Examples
+        --------
+        >>> vary = {"offset": {"min": 0, "max": 0.4}}
+        >>> len(SweepDesign.from_config({"design": "sobol", "samples": 8, "vary": vary}))
+        8
         """
         constants = _fixed_constants(config)
         vary = config.get("vary")
@@ -117,11 +124,25 @@ class SweepDesign:
         return self.samples
 
     def point(self, number: int) -> Parameters:
-        """Return one point, from 0."""
+        """Return one point, from 0.
+
+        Examples
+        --------
+        >>> design = SweepDesign.from_config({"vary": {"offset": [0, 0.1]}})
+        >>> design.point(1).offset
+        0.1
+        """
         return next(self.points(number, number + 1))
 
     def points(self, start: int = 0, stop: int | None = None) -> Iterator[Parameters]:
-        """Yield the points from `start` to before `stop`, without holding the others."""
+        """Yield the points from `start` to before `stop`, without holding the others.
+
+        Examples
+        --------
+        >>> design = SweepDesign.from_config({"vary": {"offset": [0, 0.1, 0.2]}})
+        >>> [point.offset for point in design.points(start=1)]
+        [0.1, 0.2]
+        """
         for values in self._values(start, len(self) if stop is None else stop):
             yield self._parameters(values)
 
@@ -205,8 +226,7 @@ class SweepDesign:
                 except InputError as error:
                     # What depends on several parameters shows in `check`, with all of them.
                     if error.argument == axis.name:
-                        advice = error.advice
-                        raise InputError.of(argument, error.rule, error.got, advice) from None
+                        raise error.renamed(argument) from None
 
 
 def _short(value: object) -> str:
@@ -288,7 +308,7 @@ def _read_quantity(argument: str, value: Any) -> float:
     try:
         return physical_magnitude(name, "" if value is None else value)
     except InputError as error:
-        raise InputError.of(argument, error.rule, error.got, error.advice) from None
+        raise error.renamed(argument) from None
 
 
 def _size(config: Mapping[str, Any], kind: str, axes: tuple[Axis, ...]) -> tuple[int, int]:
@@ -303,8 +323,7 @@ def _size(config: Mapping[str, Any], kind: str, axes: tuple[Axis, ...]) -> tuple
             advice = "lower a count, or draw a sample: design = 'sobol'"
             raise InputError.of("vary", f"at most {MOST_POINTS} points", count, advice)
         return count, 0
-    samples = whole_number(
-        "samples", config.get("samples"), 1, MOST_POINTS, "say how many points to draw"
-    )
-    advice = "give any, such as 1"
-    return samples, whole_number("seed", config.get("seed", 0), 0, 2**63 - 1, advice)
+    advice = "say how many points to draw"
+    samples = checked_whole("samples", config.get("samples"), advice, low=1, high=MOST_POINTS)
+    seed = config.get("seed", 0)
+    return samples, checked_whole("seed", seed, "give any, such as 1", low=0, high=2**63 - 1)
