@@ -353,7 +353,8 @@ class Emulsion:
         import pandas as pd
 
         events = dict(zip(_core.EVENT_FIELDS, np.asarray(run.take_events()).T, strict=True))
-        kinds = pd.Categorical.from_codes(events["kind"].astype(int), categories=list(_KINDS))
+        codes = events["kind"].astype(np.int64)
+        kinds = pd.Categorical.from_codes(codes, categories=pd.Index(_KINDS))
         guards, values, times = events["guard"], events["guard_value"], events["time"]
         reasons = [
             "" if math.isnan(g) else guard_message(_core.GUARDS[int(g)], value, at)
