@@ -59,7 +59,7 @@ public:
         for (const Start& s : starts) place(s);
         renew_steps();
         list_contacts();
-        shift_velocities(-0.5 * time_step_);
+        retard_velocities();
     }
 
     Collision(const Collision&) = delete;
@@ -155,11 +155,29 @@ private:
                 static_cast<int>(lists_.touches.size())};
     }
 
-    void shift_velocities(double time) { kernels_.shift_velocities(scene(), time); }
+    bool front_tracking() const { return model_.front_tracking != 0.0; }
+
+    /// Velocities from the time of the positions to that which the next step wants, and back.
+    void retard_velocities() {
+        if (front_tracking()) kernels_.front_velocities(scene(), time_step_);
+        else kernels_.shift_velocities(scene(), -0.5 * time_step_);
+    }
+    void synchronize_velocities() {
+        if (front_tracking()) kernels_.front_velocities(scene(), time_step_);
+        else kernels_.shift_velocities(scene(), 0.5 * time_step_);
+    }
 
     /// Divide the time step by the least whole number that makes it safe for droplets smaller than
     /// the model's, for which it was chosen; and set what depends on the step.
     void renew_steps() {
+        if (front_tracking()) {
+            for (Droplet& d : droplets_) {
+                const double safe = safe_front_step(d.ring);
+                d.ring.parts =
+                    time_step_ > safe ? static_cast<int>(std::ceil(time_step_ / safe)) : 1;
+            }
+            return;
+        }
         double safe = std::numeric_limits<double>::infinity();
         for (const Droplet& d : droplets_)
             if (d.ring.mass < 1.0 - 1e-9) safe = std::min(safe, safe_time_step(d.ring));
@@ -193,7 +211,8 @@ private:
         for (Droplet& d : droplets_) d.save();
         while (true) {
             for (Droplet& d : droplets_) std::fill_n(d.ring.path, d.ring.padded, 0.0);
-            kernels_.advance(scene(), time_step_, static_cast<int>(steps));
+            (front_tracking() ? kernels_.advance_fronts : kernels_.advance)(
+                scene(), time_step_, static_cast<int>(steps));
             if (steps == 1 || within(budget, steps)) break;
             for (Droplet& d : droplets_) d.restore();
             steps /= 2;

@@ -27,10 +27,10 @@ struct ContactLists {
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
 
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
-/// stays complete. `distance2` is room for one value a chunk.
+/// stays complete. `distance2` is room for one value a chunk, `range` how far the wall is felt.
 inline double list_wall(ContactLists& lists, Droplet& d, int index, const Obstacle& o,
-                        const double* distance2) {
-    const double touch = o.radius + 0.5 * d.ring.rest_length, margin = wall_margin(o);
+                        const double* distance2, double range) {
+    const double touch = o.radius + range, margin = wall_margin(o);
     const int chunks = d.ring.padded / kLanes;
     const double nearest = std::sqrt(*std::min_element(distance2, distance2 + chunks)) - touch;
     if (nearest > margin) return nearest;

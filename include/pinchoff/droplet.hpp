@@ -50,6 +50,7 @@ public:
             model.wall_stiffness * vertex_mass_ratio * length_ratio * length_ratio;
         ring.drag_rate = model.drag * ring.diameter / ring.mass;
         ring.mobility = count / (model.drag * ring.diameter);
+        ring.evening_rate = model.evening_rate;
         for (int i = 0; i < count; ++i) {
             ring.x[i] = r[i].x;
             ring.y[i] = r[i].y;
@@ -99,14 +100,15 @@ private:
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 13 * stride + static_cast<std::size_t>(neck_work_size(count));
+        const std::size_t total = 17 * stride + static_cast<std::size_t>(neck_work_size(count));
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
         for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path}) {
+                           &ring.push_x, &ring.push_y, &ring.path, &ring.mid_x, &ring.mid_y,
+                           &ring.length, &ring.slide}) {
             *a = next + kLanes;
             next += stride;
         }

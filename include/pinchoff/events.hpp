@@ -95,13 +95,18 @@ inline double Collision::list_contacts() {
                 raise(Guard::penetration, depth);
                 return allowed;
             }
-            const double gap = vertex - obstacle.radius - 0.5 * d.ring.rest_length;
+            const double gap = front_tracking()
+                                   ? std::min(vertex, edge) - obstacle.radius - kFrontTouch
+                                   : vertex - obstacle.radius - 0.5 * d.ring.rest_length;
             if (!d.has_met(o) && gap < 0.0) {
                 new_contact_.push_back({i, o});
-                continue;
+                if (!front_tracking()) continue;
             }
-            const double room =
-                d.has_met(o) ? list_wall(lists_, d, i, obstacle, distance2_.data()) : gap;
+            const double range = front_tracking() ? 0.0 : 0.5 * d.ring.rest_length;
+            double room = gap;
+            if (d.has_met(o) || front_tracking())
+                room = list_wall(lists_, d, i, obstacle, distance2_.data(), range);
+            if (!d.has_met(o)) room = std::min(room, std::max(gap, 0.0));
             const double edge_room = std::max(edge - obstacle.radius, wall_margin(obstacle));
             allowed = std::min({allowed, room, edge_room});
         }
@@ -120,7 +125,8 @@ inline double Collision::list_pairs() {
                 allowed = std::min(allowed, list_own(a, i));
                 continue;
             }
-            const double range = 0.5 * touch_of(a.ring, b.ring).length, margin = range;
+            const double margin = 0.5 * touch_of(a.ring, b.ring).length;
+            const double range = front_tracking() ? 0.0 : margin;
             const double apart = gap(bounding_box(a.ring), bounding_box(b.ring)) - range;
             if (apart > 2.0 * margin) {
                 allowed = std::min(allowed, 0.5 * apart);
@@ -166,7 +172,7 @@ inline void Collision::record_contacts() {
 /// Velocities of one droplet at the time of its positions.
 inline std::vector<Vec2> Collision::synchronized_velocities(std::size_t droplet) {
     for (Droplet& each : droplets_) each.save();
-    shift_velocities(0.5 * time_step_);
+    synchronize_velocities();
     std::vector<Vec2> v = droplets_[droplet].velocities();
     for (Droplet& each : droplets_) each.restore();
     return v;
@@ -177,7 +183,7 @@ inline std::vector<Vec2> Collision::synchronized_velocities(std::size_t droplet)
 inline void Collision::break_up(std::size_t index) {
     list_contacts();
     if (finished_) return;
-    shift_velocities(0.5 * time_step_);
+    synchronize_velocities();
     const Droplet parent = std::move(droplets_[index]);
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
     const Shape whole{parent.positions(), parent.velocities()};
@@ -215,7 +221,7 @@ inline void Collision::break_up(std::size_t index) {
     lists_.clear();
     finished_ = model_.stop_at_breakup != 0.0;
     if (!finished_) list_contacts();
-    shift_velocities(-0.5 * time_step_);
+    retard_velocities();
 }
 
 /// The contacts are those of the present block's lists, which are complete up to its end: a report

@@ -62,4 +62,22 @@ inline double auto_time_step(const Ring& ring) {
     return std::min(kLongestStep, safe_time_step(ring));
 }
 
+/// Front tracking: part of the stable step that a step takes.
+inline constexpr double kFrontStepSafety = 0.8;
+/// Front tracking: largest step, t0.
+inline constexpr double kLongestFrontStep = 1e-3;
+
+/// Front tracking: the largest stable step. Line tension pulls neighbouring vertices back against
+/// each other at the rate 4 N_v γ/(μ D0 l), and the scheme is stable up to a product of one (that
+/// of Adams and Bashforth). With P = N_v l that is Δt = Ca_sim l²/(4 P); it grows with the
+/// perimeter, so the circle's is the least.
+inline double stable_front_step(const Ring& ring) {
+    return ring.rest_length / (4.0 * ring.mobility * ring.line_tension);
+}
+
+/// Front tracking: a step that stays stable.
+inline double safe_front_step(const Ring& ring) {
+    return kFrontStepSafety * stable_front_step(ring);
+}
+
 }  // namespace pinchoff

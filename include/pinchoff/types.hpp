@@ -49,6 +49,10 @@ struct Ring {
     double* push_x = nullptr;  // (padded) contact force on vertex i; zero where there is none
     double* push_y = nullptr;
     double* path = nullptr;  // (padded) sum of |v - v_drift|² over the steps of a block
+    double* mid_x = nullptr;  // (padded) front tracking: position in the middle of a step
+    double* mid_y = nullptr;
+    double* length = nullptr;  // (padded) front tracking: length of edge i
+    double* slide = nullptr;   // (padded) front tracking: motion of vertex i along the outline
 
     double mass = 1;                  // M
     double diameter = 1;              // D0 of this droplet
@@ -62,6 +66,8 @@ struct Ring {
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
+    double evening_rate = 0;          // front tracking: rate at which edges return to one length
+    int parts = 1;                    // front tracking: steps of this ring in a step of the scene
 
     bool pushed = false;  // whether push_x, push_y take part in this block
 };
@@ -121,6 +127,9 @@ struct Kernels {
     void (*advance)(const Scene&, double time_step, int steps);
     /// Carry the velocities alone over `time`, which may be negative.
     void (*shift_velocities)(const Scene&, double time);
+    /// The same for front tracking: steps, and the velocities of the present positions.
+    void (*advance_fronts)(const Scene&, double time_step, int steps);
+    void (*front_velocities)(const Scene&, double time_step);
     void (*survey)(const Ring&, Survey&);
     /// Smallest squared distance of each chunk's vertices from a point: out (padded / kLanes).
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);

@@ -350,11 +350,21 @@ void bind_collision(nb::module_& m) {
     };
     m.def(
         "stable_time_step",
-        [=](Row model) { return stable_time_step(reference_ring(checked_model(model))); },
+        [=](Row row) {
+            const Model model = checked_model(row);
+            const Ring ring = reference_ring(model);
+            return model.front_tracking != 0.0 ? safe_front_step(ring) : stable_time_step(ring);
+        },
         "model"_a, "Largest stable time step of the model's undeformed droplet, in t0.");
     m.def(
         "auto_time_step",
-        [=](Row model) { return auto_time_step(reference_ring(checked_model(model))); }, "model"_a,
+        [=](Row row) {
+            const Model model = checked_model(row);
+            const Ring ring = reference_ring(model);
+            return model.front_tracking != 0.0 ? std::min(kLongestFrontStep, safe_front_step(ring))
+                                               : auto_time_step(ring);
+        },
+        "model"_a,
         "Time step with a margin for the deformed droplet and for accuracy, in t0.");
     m.def(
         "instruction_set", [] { return std::string(best_kernels().name); },
