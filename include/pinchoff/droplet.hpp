@@ -106,9 +106,9 @@ private:
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
-        for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path, &ring.mid_x, &ring.mid_y,
-                           &ring.length, &ring.slide}) {
+        for (double** a :
+             {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y, &ring.push_x,
+              &ring.push_y, &ring.path, &ring.mid_x, &ring.mid_y, &ring.length, &ring.slide}) {
             *a = next + kLanes;
             next += stride;
         }

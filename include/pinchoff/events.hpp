@@ -51,6 +51,13 @@ inline bool Collision::sound(Droplet& d, const Survey& s) {
     return true;
 }
 
+/// A hair's breadth below a separation, so that round-off cannot disagree with the look that saw
+/// it.
+inline Separation slackened(Separation s) {
+    constexpr double kSlack = 1.0 - 1e-9;
+    return {kSlack * s.fraction, kSlack * s.length};
+}
+
 /// How far vertices may move before this droplet's neck can pass the threshold; negative when it
 /// has. From the first contact on, the neck and the shape of the droplet that touched are sampled.
 inline double Collision::watch_neck(Droplet& d, const Survey& s) {
@@ -59,7 +66,9 @@ inline double Collision::watch_neck(Droplet& d, const Survey& s) {
     const NeckScan scan =
         kernels_.scan_neck(d.ring.x, d.ring.y, d.ring.count, separation, threshold, d.work());
     d.thinnest = std::sqrt(scan.nearest2);
-    const bool breaks = scan.thickness2 < threshold * threshold;
+    // That a chord leaves both ends inwards is seen by the scan, that it crosses no edge here.
+    const bool breaks = scan.thickness2 < threshold * threshold &&
+                        find_neck(d.positions(), slackened(separation)).thickness < threshold;
     // On the grid of samples only, so that it does not matter where else blocks end.
     const bool sampled = step_ % sample_steps_ == 0 || breaks;
     if (sampled && !contacts_.empty() && d.id == contacts_.front().droplet) {
@@ -187,11 +196,8 @@ inline void Collision::break_up(std::size_t index) {
     const Droplet parent = std::move(droplets_[index]);
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(index));
     const Shape whole{parent.positions(), parent.velocities()};
-    // A hair's breadth below the separation, so that round-off cannot disagree with the look that
-    // saw it.
-    const double slack = 1.0 - 1e-9;
     const Neck neck = find_neck(
-        whole.r, {slack * separation_.fraction, slack * separation_.length * parent.ring.diameter});
+        whole.r, slackened({separation_.fraction, separation_.length * parent.ring.diameter}));
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
@@ -221,6 +227,7 @@ inline void Collision::break_up(std::size_t index) {
     lists_.clear();
     finished_ = model_.stop_at_breakup != 0.0;
     if (!finished_) list_contacts();
+    if (front_tracking()) kernels_.settle_fronts(scene());
     retard_velocities();
 }
 

@@ -11,8 +11,8 @@
 // the slide along the outline, which changes no shape, is the one that keeps all edges equal (Hou,
 // Lowengrub and Shelley, J. Comput. Phys. 114, 312 (1994), here in its discrete form).
 //
-// Time: r' = r + Δt v(r + Δt/2 v₋), v₋ the velocity of the step before. One evaluation a step, second
-// order, started by an evaluation at r.
+// Time: r' = r + Δt v(r + Δt/2 v₋), v₋ the velocity of the step before. One evaluation a step,
+// second order, started by an evaluation at r.
 #pragma once
 
 #include <algorithm>
@@ -92,7 +92,7 @@ AreaSums carry_and_tighten(const Ring& ring, FlowAt flow, const double* x, const
 
 /// How a vertex stands to a wall it may meet in this step.
 struct Approach {
-    Vec2 normal;   // of the wall, towards the fluid
+    Vec2 normal;    // of the wall, towards the fluid
     Vec2 gradient;  // of the area
     double excess;  // normal velocity less that at which it would just reach the wall; below zero
                     // without a reaction it would be inside at the end of the step
@@ -110,8 +110,8 @@ inline Approach approach(const Ring& ring, const double* x, const double* y, int
 
 /// The multiplier q = p N_v/(μ D0) at which the area does not change, given that no vertex moves
 /// into a wall: a vertex that would is held by a reaction along the wall's normal. The rate is a
-/// rising, concave, piecewise linear function of q, so Newton's iteration ends with the exact set of
-/// held vertices.
+/// rising, concave, piecewise linear function of q, so Newton's iteration ends with the exact set
+/// of held vertices.
 inline double area_multiplier(const Ring& ring, int index, const Scene& scene, const double* x,
                               const double* y, AreaSums all, double time_step) {
     double q = -all.rate / all.slope;
@@ -263,20 +263,20 @@ inline void keep_out(const Ring& ring, int index, const Scene& scene, double* x,
 }
 
 /// Take back the little by which a step of finite length has changed the area, by a shift along
-/// its gradient of the vertices that touch no wall. The error that is left is of the order of the
-/// square of what is taken back.
+/// its gradient of the vertices that are clear of walls. The error that is left is of the order of
+/// the square of what is taken back.
 inline void restore_area(const Ring& ring, int index, const Scene& scene) {
     double* x = ring.x;
     double* y = ring.y;
     double* free = ring.slide;  // 1 for a vertex that takes part
     std::fill_n(free, ring.count, 1.0);
     std::fill_n(free + ring.count, ring.padded - ring.count, 0.0);
-    constexpr double kClear = 1e-6;  // far more than a shift
+    const double clear = 0.02 * ring.rest_length;  // far more than a shift
     for (int c = 0; c < scene.wall_count; ++c) {
         const WallContact& contact = scene.walls[c];
         if (contact.ring != index) continue;
         const Obstacle o = contact.obstacle;
-        const double clear2 = (o.radius + kClear) * (o.radius + kClear);
+        const double clear2 = (o.radius + clear) * (o.radius + clear);
         for (int i = contact.first; i < contact.last; ++i) {
             const Vec2 from{x[i] - o.x, y[i] - o.y};
             if (dot(from, from) < clear2) free[i] = 0.0;
@@ -336,7 +336,9 @@ void advance_front(const Ring& ring, int index, const Scene& scene, FlowAt flow,
         y[i] += time_step * vy[i];
     }
     keep_out(ring, index, scene, x, y);
-    restore_area(ring, index, scene);
+    const int rounds = ring.pushed ? 2 : 1;  // what a wall takes is more than what a step does
+    for (int round = 0; round < rounds; ++round) restore_area(ring, index, scene);
+    keep_out(ring, index, scene, x, y);
 }
 
 /// Put vertices that are inside another droplet back on its outline, which gives way as much, and
@@ -371,9 +373,20 @@ inline void part_fronts(const Scene& scene) {
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
-        keep_out(ring, r, scene, ring.x, ring.y);
         restore_area(ring, r, scene);
+        keep_out(ring, r, scene, ring.x, ring.y);
     }
+}
+
+/// Outlines that a cut has just made, or a user placed: out of walls and each other, areas exact.
+inline void settle_fronts(const Scene& scene) {
+    constexpr int kRounds = 4;  // each about squares the error of the area
+    part_fronts(scene);
+    for (int round = 0; round < kRounds; ++round)
+        for (int r = 0; r < scene.ring_count; ++r) {
+            restore_area(scene.rings[r], r, scene);
+            keep_out(scene.rings[r], r, scene, scene.rings[r].x, scene.rings[r].y);
+        }
 }
 
 /// `steps` steps of every ring, each in as many parts as it needs.

@@ -48,7 +48,7 @@ struct Ring {
     double* pull_y = nullptr;
     double* push_x = nullptr;  // (padded) contact force on vertex i; zero where there is none
     double* push_y = nullptr;
-    double* path = nullptr;  // (padded) sum of |v - v_drift|² over the steps of a block
+    double* path = nullptr;   // (padded) sum of |v - v_drift|² over the steps of a block
     double* mid_x = nullptr;  // (padded) front tracking: position in the middle of a step
     double* mid_y = nullptr;
     double* length = nullptr;  // (padded) front tracking: length of edge i
@@ -112,7 +112,7 @@ struct Survey {
 };
 
 /// Room that a look at the neck needs.
-constexpr int neck_work_size(int count) { return 3 * (2 * count + 2 * kLanes); }
+constexpr int neck_work_size(int count) { return 5 * (2 * count + 2 * kLanes); }
 
 /// The arc that the two sides of an admissible chord must both exceed: fraction·P + length.
 struct Separation {
@@ -127,7 +127,9 @@ struct Kernels {
     void (*advance)(const Scene&, double time_step, int steps);
     /// Carry the velocities alone over `time`, which may be negative.
     void (*shift_velocities)(const Scene&, double time);
-    /// The same for front tracking: steps, and the velocities of the present positions.
+    /// Front tracking: steps; outlines put out of walls and each other, with their areas; and the
+    /// velocities of the present positions.
+    void (*settle_fronts)(const Scene&);
     void (*advance_fronts)(const Scene&, double time_step, int steps);
     void (*front_velocities)(const Scene&, double time_step);
     void (*survey)(const Ring&, Survey&);

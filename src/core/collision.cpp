@@ -364,8 +364,7 @@ void bind_collision(nb::module_& m) {
             return model.front_tracking != 0.0 ? std::min(kLongestFrontStep, safe_front_step(ring))
                                                : auto_time_step(ring);
         },
-        "model"_a,
-        "Time step with a margin for the deformed droplet and for accuracy, in t0.");
+        "model"_a, "Time step with a margin for the deformed droplet and for accuracy, in t0.");
     m.def(
         "instruction_set", [] { return std::string(best_kernels().name); },
         "Instruction set of the compiled loops.");

@@ -36,6 +36,7 @@ extern const Kernels PINCHOFF_JOIN(kernels_, PINCHOFF_ARCH) = {
     .name = PINCHOFF_QUOTE(PINCHOFF_ARCH),
     .advance = PINCHOFF_ARCH::advance,
     .shift_velocities = PINCHOFF_ARCH::shift_velocities,
+    .settle_fronts = PINCHOFF_ARCH::settle_fronts,
     .advance_fronts = PINCHOFF_ARCH::advance_fronts,
     .front_velocities = PINCHOFF_ARCH::front_velocities,
     .survey = PINCHOFF_ARCH::survey,
