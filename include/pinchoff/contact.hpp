@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "droplet.hpp"
+#include "front.hpp"
 
 namespace pinchoff {
 
@@ -25,6 +26,11 @@ struct ContactLists {
 /// Margin, in D0, of the list of vertices near an obstacle; at most a quarter of its radius, so
 /// that nothing passes through an obstacle between two looks.
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
+
+/// Front tracking: how far from an obstacle a vertex may be while an edge of it has to be kept out.
+inline double front_range(const Ring& ring, const Obstacle& o) {
+    return edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring);
+}
 
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
 /// stays complete. `distance2` is room for one value a chunk, `range` how far the wall is felt.

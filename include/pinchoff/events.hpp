@@ -111,7 +111,8 @@ inline double Collision::list_contacts() {
                 new_contact_.push_back({i, o});
                 if (!front_tracking()) continue;
             }
-            const double range = front_tracking() ? 0.0 : 0.5 * d.ring.rest_length;
+            const double range =
+                front_tracking() ? front_range(d.ring, obstacle) : 0.5 * d.ring.rest_length;
             double room = gap;
             if (d.has_met(o) || front_tracking())
                 room = list_wall(lists_, d, i, obstacle, distance2_.data(), range);

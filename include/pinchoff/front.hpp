@@ -262,6 +262,44 @@ inline void keep_out(const Ring& ring, int index, const Scene& scene, double* x,
     wrap(y, ring.count, ring.padded);
 }
 
+/// Edges longer than this times the radius of an obstacle are kept out of it too; shorter ones dip
+/// in by less than kEdgeDepth of it when both of their ends are outside.
+inline constexpr double kLongEdge = 0.85;
+inline constexpr double kEdgeDepth = 0.1;
+
+/// Length of the edges of a ring, which are about equal.
+inline double edge_scale(const Ring& ring) { return larger(ring.length[0], ring.rest_length); }
+
+/// Push both ends of every listed edge that is too deep in an obstacle, which may lie between them.
+inline void keep_edges_out(const Ring& ring, int index, const Scene& scene) {
+    double* x = ring.x;
+    double* y = ring.y;
+    for (int c = 0; c < scene.wall_count; ++c) {
+        const WallContact& contact = scene.walls[c];
+        const Obstacle o = contact.obstacle;
+        if (contact.ring != index || edge_scale(ring) < kLongEdge * o.radius) continue;
+        const double least = (1.0 - kEdgeDepth) * o.radius;
+        for (int k = contact.first - 1; k < std::min(contact.last, ring.count); ++k) {
+            const int i = k < 0 ? ring.count - 1 : k, next = i + 1 == ring.count ? 0 : i + 1;
+            const Vec2 a{x[i] - o.x, y[i] - o.y}, e{x[next] - x[i], y[next] - y[i]};
+            const double f = smaller(larger(-dot(a, e) / dot(e, e), 0.0), 1.0);
+            const Vec2 from = a + f * e;
+            // Outside is on the right of the edge; on the left, its middle has passed the centre.
+            const double side = cross(e, from) < 0.0 ? -1.0 : 1.0;
+            const double distance = side * std::sqrt(dot(from, from));
+            if (std::fabs(distance) >= least) continue;
+            const Vec2 normal = 1.0 / std::sqrt(dot(e, e)) * Vec2{-e.y, e.x};
+            const double push = (least - distance) / (f * f + (1.0 - f) * (1.0 - f));
+            x[i] += push * (1.0 - f) * normal.x;
+            y[i] += push * (1.0 - f) * normal.y;
+            x[next] += push * f * normal.x;
+            y[next] += push * f * normal.y;
+        }
+    }
+    wrap(x, ring.count, ring.padded);
+    wrap(y, ring.count, ring.padded);
+}
+
 /// Take back the little by which a step of finite length has changed the area, by a shift along
 /// its gradient of the vertices that are clear of walls. The error that is left is of the order of
 /// the square of what is taken back.
@@ -335,11 +373,15 @@ void advance_front(const Ring& ring, int index, const Scene& scene, FlowAt flow,
         x[i] += time_step * vx[i];
         y[i] += time_step * vy[i];
     }
+    keep_edges_out(ring, index, scene);
     keep_out(ring, index, scene, x, y);
     const int rounds = ring.pushed ? 2 : 1;  // what a wall takes is more than what a step does
     for (int round = 0; round < rounds; ++round) restore_area(ring, index, scene);
     keep_out(ring, index, scene, x, y);
 }
+
+/// Front tracking: how near the two sides of one droplet may come, in vertex spacings.
+inline constexpr double kThinnestPart = 0.5;
 
 /// Put vertices that are inside another droplet back on its outline, which gives way as much, and
 /// hold the far side of a thin part of one's own at a distance.
@@ -352,7 +394,7 @@ inline void part_fronts(const Scene& scene) {
                                           touch.first_edge, touch.edge_count);
         const bool own = &a == &b;
         const double distance = own ? std::fabs(near.distance) : near.distance;
-        const double lack = (own ? 0.5 * a.rest_length : 0.0) - distance;
+        const double lack = (own ? kThinnestPart * a.rest_length : 0.0) - distance;
         if (lack <= 0.0) continue;
         const double f = near.fraction, share = 1.0 / (1.0 + f * f + (1.0 - f) * (1.0 - f));
         const double side = own && near.distance < 0.0 ? -1.0 : 1.0;
@@ -374,6 +416,7 @@ inline void part_fronts(const Scene& scene) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
         restore_area(ring, r, scene);
+        keep_edges_out(ring, r, scene);
         keep_out(ring, r, scene, ring.x, ring.y);
     }
 }
@@ -385,6 +428,7 @@ inline void settle_fronts(const Scene& scene) {
     for (int round = 0; round < kRounds; ++round)
         for (int r = 0; r < scene.ring_count; ++r) {
             restore_area(scene.rings[r], r, scene);
+            keep_edges_out(scene.rings[r], r, scene);
             keep_out(scene.rings[r], r, scene, scene.rings[r].x, scene.rings[r].y);
         }
 }

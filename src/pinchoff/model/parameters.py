@@ -53,7 +53,7 @@ AREA_STIFFNESS_PER_LINE_TENSION = 5000.0
 WALL_STIFFNESS_PER_LINE_TENSION = 1.25
 """Default of ε̃_w/γ̃: a stiffer wall forces a smaller time step."""
 
-EVENING_RATE = 10.0
+EVENING_RATE = 50.0
 """Front tracking: rate at which edges return to one length, 1/t0; results do not depend on it."""
 
 SAMPLE_INTERVAL = 0.01
