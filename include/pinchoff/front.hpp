@@ -300,10 +300,10 @@ inline void keep_edges_out(const Ring& ring, int index, const Scene& scene) {
     wrap(y, ring.count, ring.padded);
 }
 
-/// Take back the little by which a step of finite length has changed the area, by a shift along
-/// its gradient of the vertices that are clear of walls. The error that is left is of the order of
-/// the square of what is taken back.
-inline void restore_area(const Ring& ring, int index, const Scene& scene) {
+/// Take back what a step of finite length has changed of the area, by a shift along its gradient of
+/// the vertices that are clear of walls. Returns the relative error that it found; what is left is
+/// of the order of the square of that.
+inline double shift_to_area(const Ring& ring, int index, const Scene& scene) {
     double* x = ring.x;
     double* y = ring.y;
     double* free = ring.slide;  // 1 for a vertex that takes part
@@ -334,7 +334,8 @@ inline void restore_area(const Ring& ring, int index, const Scene& scene) {
     double twice = sum(area);
     for (int i = whole; i < ring.count; ++i)
         twice += (x[i] - x0) * (y[i + 1] - y0) - (x[i + 1] - x0) * (y[i] - y0);
-    const double shift = (ring.rest_area - 0.5 * twice) / sum(slope);
+    const double lack = ring.rest_area - 0.5 * twice;
+    const double shift = lack / sum(slope);
     // Into the edges' arrays first: a vertex's gradient needs its neighbours where they were.
     double* dx = ring.pull_x;
     double* dy = ring.pull_y;
@@ -350,6 +351,18 @@ inline void restore_area(const Ring& ring, int index, const Scene& scene) {
     }
     wrap(x, ring.count, ring.padded);
     wrap(y, ring.count, ring.padded);
+    return std::fabs(lack) / ring.rest_area;
+}
+
+/// Put a ring out of its walls and give it its area.
+inline void restore(const Ring& ring, int index, const Scene& scene) {
+    constexpr int kMostRounds = 6;
+    constexpr double kNoNeedOfAnother = 1e-7;  // its square is round-off
+    keep_edges_out(ring, index, scene);
+    keep_out(ring, index, scene, ring.x, ring.y);
+    for (int round = 0; round < kMostRounds; ++round)
+        if (shift_to_area(ring, index, scene) < kNoNeedOfAnother) break;
+    keep_out(ring, index, scene, ring.x, ring.y);
 }
 
 /// One step of one ring among walls.
@@ -373,11 +386,7 @@ void advance_front(const Ring& ring, int index, const Scene& scene, FlowAt flow,
         x[i] += time_step * vx[i];
         y[i] += time_step * vy[i];
     }
-    keep_edges_out(ring, index, scene);
-    keep_out(ring, index, scene, x, y);
-    const int rounds = ring.pushed ? 2 : 1;  // what a wall takes is more than what a step does
-    for (int round = 0; round < rounds; ++round) restore_area(ring, index, scene);
-    keep_out(ring, index, scene, x, y);
+    restore(ring, index, scene);
 }
 
 /// Front tracking: how near the two sides of one droplet may come, in vertex spacings.
@@ -415,22 +424,14 @@ inline void part_fronts(const Scene& scene) {
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
-        restore_area(ring, r, scene);
-        keep_edges_out(ring, r, scene);
-        keep_out(ring, r, scene, ring.x, ring.y);
+        restore(ring, r, scene);
     }
 }
 
-/// Outlines that a cut has just made, or a user placed: out of walls and each other, areas exact.
+/// Outlines that a cut has just made: out of walls and each other, with their areas.
 inline void settle_fronts(const Scene& scene) {
-    constexpr int kRounds = 4;  // each about squares the error of the area
     part_fronts(scene);
-    for (int round = 0; round < kRounds; ++round)
-        for (int r = 0; r < scene.ring_count; ++r) {
-            restore_area(scene.rings[r], r, scene);
-            keep_edges_out(scene.rings[r], r, scene);
-            keep_out(scene.rings[r], r, scene, scene.rings[r].x, scene.rings[r].y);
-        }
+    for (int r = 0; r < scene.ring_count; ++r) restore(scene.rings[r], r, scene);
 }
 
 /// `steps` steps of every ring, each in as many parts as it needs.
