@@ -17,6 +17,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "command_help",
     "formulas",
+    "parameter_table",
 ]
 exclude_patterns = ["_extensions"]
 source_suffix = {".md": "markdown"}

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import binomtest
 
 import pinchoff as po
-from pinchoff.studies.virtual import PAPER_SYMMETRY_NOISE
+from pinchoff.support.paper_constants import SYMMETRY_NOISE
 
 FREE = ("area", "thickness", "viscosity")
 TRUTH = {
@@ -64,8 +64,8 @@ def noise(seeds: range) -> None:
     """Errors of 0.088 in S: ignored, and accounted for."""
     found, means = {}, {"ignored": [], "accounted for": []}
     for seed in seeds:
-        table = po.virtual_experiment(seed, symmetry_noise=PAPER_SYMMETRY_NOISE)
-        for name, error in (("ignored", 0.0), ("accounted for", PAPER_SYMMETRY_NOISE)):
+        table = po.virtual_experiment(seed, symmetry_noise=SYMMETRY_NOISE)
+        for name, error in (("ignored", 0.0), ("accounted for", SYMMETRY_NOISE)):
             fit = po.fit_law(table, symmetry_noise=error)
             note(found, name, fit.estimates)
             means[name].append([fit.estimates[key].value for key in ("alpha", "beta", "w")])

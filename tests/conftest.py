@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 from collections.abc import Callable
 
 import numpy as np
@@ -19,6 +20,15 @@ _FORM = re.compile(r"^(?P<argument>.+?) must be (?P<rule>.+?); got (?P<got>.+?);
 
 TRUTH = Line(0.083, -0.74)
 WIDTH = 0.098
+
+
+@pytest.fixture(scope="session", autouse=True)
+def ctrl_c() -> None:
+    """Ctrl-C interrupts tests and the programs that they start, however the tests were started.
+
+    Programs in the background of a script, or behind nohup, begin with it ignored.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture

@@ -27,16 +27,18 @@ struct ContactLists {
 /// that nothing passes through an obstacle between two looks.
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
 
-/// Front tracking: how far from an obstacle a vertex may be while an edge of it has to be kept out.
-inline double front_range(const Ring& ring, const Obstacle& o) {
+/// How far from an obstacle's surface a vertex feels it. With front tracking it does so on the
+/// surface, and next to an obstacle that an edge is to be kept out of.
+inline double wall_range(const Ring& ring, const Obstacle& o) {
+    if (!tracks_front(ring)) return 0.5 * ring.rest_length;
     return edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring);
 }
 
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
-/// stays complete. `distance2` is room for one value a chunk, `range` how far the wall is felt.
-inline double list_wall(ContactLists& lists, Droplet& d, int index, const Obstacle& o,
-                        const double* distance2, double range) {
-    const double touch = o.radius + range, margin = wall_margin(o);
+/// stays complete. `distance2` is room for one value a chunk.
+inline double list_wall(ContactLists& lists, const Droplet& d, int index, const Obstacle& o,
+                        const double* distance2) {
+    const double touch = o.radius + wall_range(d.ring, o), margin = wall_margin(o);
     const int chunks = d.ring.padded / kLanes;
     const double nearest = std::sqrt(*std::min_element(distance2, distance2 + chunks)) - touch;
     if (nearest > margin) return nearest;
@@ -48,7 +50,6 @@ inline double list_wall(ContactLists& lists, Droplet& d, int index, const Obstac
         lists.walls.push_back({index, c * kLanes, (c + run) * kLanes, o});
         c += run;
     }
-    d.ring.pushed = true;
     return margin;
 }
 
@@ -98,27 +99,41 @@ Run covering_run(int n, int some, const Near& near) {
     return run;
 }
 
-/// Lists the vertices of droplet a near edges of droplet b. Each is listed with one stretch of
-/// edges round the nearest, since the nearest edge alone tells on which side of a thin part it is.
+/// Lists the vertices of ring a near edges of ring b. Each is listed with one stretch of edges
+/// round the nearest, since the nearest edge alone tells on which side of a thin part it is.
 /// Returns how deep any of them is inside b.
-inline double list_touches(ContactLists& lists, const Kernels& kernels, Droplet& a, int index_a,
-                           Droplet& b, int index_b, double within) {
-    const Box box = bounding_box(b.ring);
+inline double list_touches(ContactLists& lists, const Kernels& kernels, const Ring& a, int index_a,
+                           const Ring& b, int index_b, double within) {
+    const Box box = bounding_box(b);
     double deepest = 0;
-    for (int i = 0; i < a.ring.count; ++i) {
-        const Vec2 r{a.ring.x[i], a.ring.y[i]};
+    for (int i = 0; i < a.count; ++i) {
+        const Vec2 r = displacement({0.0, 0.0}, {a.x[i], a.y[i]});
         if (gap({r.x, r.x, r.y, r.y}, box) > within) continue;
-        if (kernels.edge_distance2(b.ring, r.x, r.y) > within * within) continue;
-        const int n = b.ring.count;
-        const Nearest nearest = nearest_edge(b.ring, r, 0, n);
-        const Run run = covering_run(n, nearest.edge, [&](int k) {
-            return std::fabs(nearest_edge(b.ring, r, k, 1).distance) <= within;
+        if (kernels.edge_distance2(b, r.x, r.y) > within * within) continue;
+        const Nearest nearest = nearest_edge(b, r, 0, b.count);
+        const Run run = covering_run(b.count, nearest.edge, [&](int k) {
+            return std::fabs(nearest_edge(b, r, k, 1).distance) <= within;
         });
         lists.touches.push_back({index_a, i, index_b, run.first, run.count});
         deepest = std::min(deepest, nearest.distance);
-        a.ring.pushed = b.ring.pushed = true;
     }
     return -deepest;
+}
+
+/// What a look at two droplets gives: how far vertices may move while the list is complete, and how
+/// deep one is inside the other.
+struct PairRoom {
+    double allowed, depth;
+};
+
+/// Lists the vertices of ring a that may touch ring b.
+inline PairRoom list_pair(ContactLists& lists, const Kernels& kernels, const Ring& a, int index_a,
+                          const Ring& b, int index_b) {
+    // A list is built wider than the contact's range by what both sides may move.
+    const double margin = 0.5 * touch_of(a, b).length, range = tracks_front(a) ? 0.0 : margin;
+    const double apart = gap(bounding_box(a), bounding_box(b)) - range;
+    if (apart > 2.0 * margin) return {0.5 * apart, 0.0};
+    return {margin, list_touches(lists, kernels, a, index_a, b, index_b, range + 2.0 * margin)};
 }
 
 /// Whether any vertex kApart or more edges away along the outline is within a distance.
@@ -136,9 +151,8 @@ inline bool near_far_side(const Ring& ring, int vertex, double within) {
 /// Lists the vertices of a droplet near the far side of its own outline, each stretch of edges by
 /// itself: between two of them a vertex is pushed by both. `reach` is a distance from a vertex of
 /// the far side that covers `within` of any edge.
-inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double within,
+inline void list_own_sides(ContactLists& lists, const Ring& ring, int index, double within,
                            double reach) {
-    const Ring& ring = d.ring;
     for (int i = 0; i < ring.count; ++i) {
         if (!near_far_side(ring, i, reach)) continue;
         const Vec2 r{ring.x[i], ring.y[i]};
@@ -153,11 +167,32 @@ inline void list_own_sides(ContactLists& lists, Droplet& d, int index, double wi
             } else if (run > 0) {
                 lists.touches.push_back(
                     {index, i, index, (k - run + ring.count) % ring.count, run});
-                d.ring.pushed = true;
                 run = 0;
             }
         }
     }
+}
+
+/// List the parts of one droplet so thin that its sides repel; returns how far vertices may move
+/// while the list is complete. `thinnest` is its shortest chord between vertices kApart or more
+/// edges apart. A vertex within reach of an edge is within reach of a vertex half an edge on.
+inline double list_own(ContactLists& lists, const Ring& ring, int index, double thinnest) {
+    const double l = ring.rest_length, range = 0.5 * touch_of(ring, ring).length, margin = 0.25 * l;
+    const double reach =
+        std::hypot(range, l) + 2.0 * margin;  // longer edges are left to the guard on crossings
+    if (thinnest > reach) return margin + 0.5 * (thinnest - reach);
+    list_own_sides(lists, ring, index, range + 2.0 * margin, reach);
+    return margin;
+}
+
+/// How far a box reaches beyond a sampled flow; negative where it is inside.
+inline double outside(const Flow& flow, const Box& box) {
+    double out = -std::numeric_limits<double>::infinity();
+    if (!flow.periodic_x)
+        out = std::max({out, flow.x0 - box.left, box.right - flow.x0 - (flow.nx - 1) * flow.dx});
+    if (!flow.periodic_y)
+        out = std::max({out, flow.y0 - box.bottom, box.top - flow.y0 - (flow.ny - 1) * flow.dy});
+    return out;
 }
 
 }  // namespace pinchoff

@@ -14,14 +14,17 @@
 
 namespace pinchoff {
 
+/// Regular polygon with the area of a circle: its edge is l_eq [paper, section 3.5].
+inline double rest_length(double area, int count) {
+    return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
+}
+
 /// Owns the arrays that its `ring` points to.
 class Droplet {
 public:
     int id = 0;
     int generation = 0;
     Ring ring;
-    /// Shortest chord between vertices kApart or more edges apart, when last looked.
-    double thinnest = std::numeric_limits<double>::infinity();
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
 
     /// A droplet of area A_eq `rest_area` at positions and velocities (count), counter-clockwise.
@@ -37,11 +40,11 @@ public:
         const double reference_count = model.vertex_count;
         const double reference_length =
             pinchoff::rest_length(kReferenceArea, static_cast<int>(reference_count));
+        ring.constants = model;
         ring.mass = rest_area / kReferenceArea;
         ring.diameter = std::sqrt(ring.mass);
         ring.rest_area = rest_area;
         ring.rest_length = pinchoff::rest_length(rest_area, count);
-        ring.line_tension = model.line_tension;
         ring.edge_spring = model.edge_stiffness * count;
         ring.area_stiffness = model.area_stiffness / (ring.mass * ring.diameter);
         const double vertex_mass_ratio = ring.mass * reference_count / count;
@@ -50,7 +53,6 @@ public:
             model.wall_stiffness * vertex_mass_ratio * length_ratio * length_ratio;
         ring.drag_rate = model.drag * ring.diameter / ring.mass;
         ring.mobility = count / (model.drag * ring.diameter);
-        ring.evening_rate = model.evening_rate;
         for (int i = 0; i < count; ++i) {
             ring.x[i] = r[i].x;
             ring.y[i] = r[i].y;
@@ -84,15 +86,12 @@ public:
     void save() { std::copy_n(state_, state_size_, saved_); }
     void restore() { std::copy_n(saved_, state_size_, state_); }
 
-    /// Room for a look at the neck.
-    double* work() { return work_; }
-
 private:
     struct Free {
         void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
     };
     std::unique_ptr<double[], Free> storage_;
-    double *state_ = nullptr, *saved_ = nullptr, *work_ = nullptr;
+    double *state_ = nullptr, *saved_ = nullptr;
     std::size_t state_size_ = 0;
 
     void allocate(int count) {
@@ -100,20 +99,19 @@ private:
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 17 * stride + static_cast<std::size_t>(neck_work_size(count));
+        const std::size_t total = 19 * stride;
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
-        for (double** a :
-             {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y, &ring.push_x,
-              &ring.push_y, &ring.path, &ring.mid_x, &ring.mid_y, &ring.length, &ring.slide}) {
+        for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
+                           &ring.push_x, &ring.push_y, &ring.path, &ring.fluid_x, &ring.fluid_y,
+                           &ring.mid_x, &ring.mid_y, &ring.length, &ring.slide}) {
             *a = next + kLanes;
             next += stride;
         }
         saved_ = next;
-        work_ = saved_ + state_size_;
     }
 
     std::vector<Vec2> copy(const double* x, const double* y) const {
@@ -122,5 +120,39 @@ private:
         return out;
     }
 };
+
+/// A droplet at the start: a regular polygon at rest.
+struct Start {
+    double x, y, diameter;
+};
+
+/// Where obstacles stand and droplets start.
+struct Arrangement {
+    std::vector<Obstacle> obstacles;
+    std::vector<Start> droplets;
+};
+
+/// Unless said otherwise: one droplet upstream of one obstacle at the origin.
+inline Arrangement default_arrangement(const Model& model) {
+    return {{{0.0, 0.0, model.obstacle_radius}}, {{-model.start_distance, model.offset, 1.0}}};
+}
+
+/// Vertices for a droplet of this diameter at the spacing of the reference droplet.
+inline int vertex_count(const Model& model, double diameter) {
+    return std::max(kLeastVertices, static_cast<int>(std::lround(model.vertex_count * diameter)));
+}
+
+/// That polygon; an edge of it, not a vertex, faces the obstacle.
+inline Droplet undeformed(const Model& model, const Start& s = {0, 0, 1}) {
+    const double area = kReferenceArea * (s.diameter * s.diameter);
+    const int count = vertex_count(model, s.diameter);
+    const double angle = 2.0 * kPi / count;
+    const double radius = 0.5 * rest_length(area, count) / std::sin(0.5 * angle);
+    std::vector<Vec2> r(count), v(count, Vec2{0, 0});
+    for (int i = 0; i < count; ++i)
+        r[i] = {s.x + radius * std::cos((i + 0.5) * angle),
+                s.y + radius * std::sin((i + 0.5) * angle)};
+    return Droplet(model, area, r, v);
+}
 
 }  // namespace pinchoff

@@ -1,5 +1,12 @@
-// Fluid velocity at a point. A flow is a small struct with one function: Vec2 at(Vec2 r).
+// Fluid velocity at a point. A flow is a small struct with a function Vec2 at(Vec2 r). Where
+// kByRing is true it is not evaluated in the loop over vertices that sums the forces, but before
+// it, by fill.
 #pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <vector>
 
 #include "math.hpp"
 #include "types.hpp"
@@ -10,6 +17,7 @@ namespace pinchoff::inline PINCHOFF_ARCH {
 /// v_f,θ]. In Cartesian form it needs neither an angle nor a square root: with ρ = R²/r² and
 /// q = (ρ - 1)/2, u = ½ ln(1/ρ) + q (x² - y²)/r² and v = 2 q x y / r², in units of v_f∞.
 struct StokesFlow {
+    static constexpr bool kByRing = false;
     double x, y, radius2, speed;
 
     PINCHOFF_HD explicit StokesFlow(const Flow& f)
@@ -30,6 +38,7 @@ struct StokesFlow {
 };
 
 struct UniformFlow {
+    static constexpr bool kByRing = false;
     Vec2 velocity;
 
     PINCHOFF_HD explicit UniformFlow(const Flow& f) : velocity{f.vx, f.vy} {}
@@ -39,61 +48,114 @@ struct UniformFlow {
 
 /// Node values on a regular grid, interpolated by cubic convolution (Keys, a = -1/2): it passes
 /// through the nodes, has continuous slopes, reproduces quadratics and converges as the cube of
-/// the spacing. Outside the grid the edge value continues; the collision refuses to go there.
+/// the spacing. Outside the grid the edge value continues; the collision refuses to go there. Along
+/// a periodic axis the grid repeats.
+///
+/// The nodes lie in a grid that is padded by one row before and two after, u and v side by side, so
+/// that the four nodes of a row, of both components, are one register.
 struct SampledFlow {
-    const double *u, *v;
-    int nx, ny;
-    double x0, y0, inverse_dx, inverse_dy;
+    static constexpr bool kByRing = true;
+    const double* nodes;
+    std::int64_t stride;  // numbers from one row of nodes to the next
+    double x0, y0, inverse_dx, inverse_dy, cells_x, cells_y, wrap_x, wrap_y;
 
-    PINCHOFF_HD explicit SampledFlow(const Flow& f)
-        : u(f.u), v(f.v), nx(f.nx), ny(f.ny), x0(f.x0), y0(f.y0), inverse_dx(1.0 / f.dx),
-          inverse_dy(1.0 / f.dy) {}
+    explicit SampledFlow(const Flow& f)
+        : nodes(f.nodes), stride(2 * padded_length(f.nx)), x0(f.x0), y0(f.y0),
+          inverse_dx(1.0 / f.dx), inverse_dy(1.0 / f.dy), cells_x(f.periodic_x ? f.nx : f.nx - 1),
+          cells_y(f.periodic_y ? f.ny : f.ny - 1), wrap_x(f.periodic_x ? 1.0 / f.nx : 0.0),
+          wrap_y(f.periodic_y ? 1.0 / f.ny : 0.0) {}
 
-    /// Weights of the four nodes around a point a fraction t past the second of them.
-    PINCHOFF_HD static void weights(double t, double w[4]) {
-        w[0] = t * (-0.5 + t * (1.0 - 0.5 * t));
-        w[1] = 1.0 + t * t * (-2.5 + 1.5 * t);
-        w[2] = t * (0.5 + t * (2.0 - 1.5 * t));
-        w[3] = t * t * (-0.5 + 0.5 * t);
-    }
-
-    /// Value at node (i, j), continued linearly by one node past the edge so that quadratics'
-    /// slopes at the rim stay right to second order.
-    PINCHOFF_HD double node(const double* f, int i, int j) const {
-        if (i < 0) return 2.0 * node(f, 0, j) - node(f, 1, j);
-        if (i >= nx) return 2.0 * node(f, nx - 1, j) - node(f, nx - 2, j);
-        if (j < 0) return 2.0 * f[i] - f[nx + i];
-        if (j >= ny) return 2.0 * f[(ny - 1) * nx + i] - f[(ny - 2) * nx + i];
-        return f[j * nx + i];
-    }
+    static constexpr int padded_length(int nodes) { return nodes + 3; }
 
     /// Cell and fraction along one axis. Written so that a coordinate that is not a number gives
     /// cell 0 and keeps the fraction not a number, instead of reading outside the grid.
-    PINCHOFF_HD static int locate(double s, int n, double& t) {
-        const double clamped = s > 0.0 ? (s < n - 1.0 ? s : n - 1.0) : (s <= 0.0 ? 0.0 : s);
-        const int cell = clamped >= 0.0 ? static_cast<int>(clamped) : 0;
-        const int last = cell > n - 2 ? n - 2 : cell;
-        t = clamped - last;
-        return last;
+    static int locate(double s, double cells, double wrap, double& t) {
+        s -= std::floor(s * wrap) * cells;
+        const double below = s < cells ? s : (s >= cells ? cells : s);
+        const double clamped = below > 0.0 ? below : (below <= 0.0 ? 0.0 : below);
+        const double cell = clamped > 0.0 ? (clamped < cells - 1.0 ? clamped : cells - 1.0) : 0.0;
+        const int whole = static_cast<int>(cell);
+        t = clamped - whole;
+        return whole;
     }
 
-    PINCHOFF_HD Vec2 at(Vec2 r) const {
-        double tx, ty, wx[4], wy[4];
-        const int i = locate((r.x - x0) * inverse_dx, nx, tx);
-        const int j = locate((r.y - y0) * inverse_dy, ny, ty);
-        weights(tx, wx);
-        weights(ty, wy);
-        Vec2 sum{0.0, 0.0};
-        for (int b = 0; b < 4; ++b) {
-            for (int a = 0; a < 4; ++a) {
-                const double w = wx[a] * wy[b];
-                sum.x += w * node(u, i - 1 + a, j - 1 + b);
-                sum.y += w * node(v, i - 1 + a, j - 1 + b);
-            }
+    Vec2 at(Vec2 r) const {
+        double tx, ty;
+        const int i = locate((r.x - x0) * inverse_dx, cells_x, wrap_x, tx);
+        const int j = locate((r.y - y0) * inverse_dy, cells_y, wrap_y, ty);
+        return interpolate(i, j, tx, ty);
+    }
+
+    /// Velocity at the fractions tx, ty of cell (i, j).
+    Vec2 interpolate(int i, int j, double tx, double ty) const {
+        const double* first = nodes + j * stride + 2 * i;
+        // Weights of the four nodes around a point a fraction t past the second of them.
+        const double w0 = ty * (-0.5 + ty * (1.0 - 0.5 * ty));
+        const double w1 = 1.0 + ty * ty * (-2.5 + 1.5 * ty);
+        const double w2 = ty * (0.5 + ty * (2.0 - 1.5 * ty));
+        const double w3 = ty * ty * (-0.5 + 0.5 * ty);
+        // The same along x, twice each: for u and for v.
+        alignas(64) static constexpr double kConstant[]{0, 0, 1, 1, 0, 0, 0, 0};
+        alignas(64) static constexpr double kLinear[]{-0.5, -0.5, 0, 0, 0.5, 0.5, 0, 0};
+        alignas(64) static constexpr double kSquare[]{1, 1, -2.5, -2.5, 2, 2, -0.5, -0.5};
+        alignas(64) static constexpr double kCube[]{-0.5, -0.5, 1.5, 1.5, -1.5, -1.5, 0.5, 0.5};
+        Lanes total{};
+        for (int k = 0; k < 8; k += kWidth) {
+            const double* at = first + k;
+            const Lanes column = w0 * load(at) + w1 * load(at + stride) +
+                                 w2 * load(at + 2 * stride) + w3 * load(at + 3 * stride);
+            total += column *
+                     (load(kConstant + k) +
+                      tx * (load(kLinear + k) + tx * (load(kSquare + k) + tx * load(kCube + k))));
         }
+        Vec2 sum{total[0], total[1]};
+        for (int l = 2; l < kWidth; l += 2) sum = sum + Vec2{total[l], total[l + 1]};
         return sum;
     }
+
+    void fill(const Ring& ring) const {
+        for (int first = 0; first < ring.padded; first += kLanes) {
+            // Apart from the interpolation, so that compilers vectorise it.
+            double tx[kLanes], ty[kLanes];
+            int i[kLanes], j[kLanes];
+            for (int l = 0; l < kLanes; ++l) {
+                i[l] = locate((ring.x[first + l] - x0) * inverse_dx, cells_x, wrap_x, tx[l]);
+                j[l] = locate((ring.y[first + l] - y0) * inverse_dy, cells_y, wrap_y, ty[l]);
+            }
+            for (int l = 0; l < kLanes; ++l) {
+                const Vec2 fluid = interpolate(i[l], j[l], tx[l], ty[l]);
+                ring.fluid_x[first + l] = fluid.x;
+                ring.fluid_y[first + l] = fluid.y;
+            }
+        }
+    }
 };
+
+/// The node values u, v (ny, nx) in that padded grid. Past an edge they continue linearly, so that
+/// quadratics' slopes at the rim stay right to second order, or, along a periodic axis, from the
+/// other side.
+inline std::vector<double> padded_nodes(const Flow& flow, const double* u, const double* v) {
+    const int columns = SampledFlow::padded_length(flow.nx),
+              rows = SampledFlow::padded_length(flow.ny);
+    const int nx = flow.nx, ny = flow.ny;
+    std::vector<double> nodes(2 * static_cast<std::size_t>(columns) * rows);
+    const auto value = [&](const double* f, int i, int j, const auto& self) -> double {
+        if (flow.periodic_x) i = (i + nx) % nx;
+        if (flow.periodic_y) j = (j + ny) % ny;
+        if (i < 0) return 2.0 * self(f, 0, j, self) - self(f, 1, j, self);
+        if (i >= nx) return 2.0 * self(f, i - 1, j, self) - self(f, i - 2, j, self);
+        if (j < 0) return 2.0 * self(f, i, 0, self) - self(f, i, 1, self);
+        if (j >= ny) return 2.0 * self(f, i, j - 1, self) - self(f, i, j - 2, self);
+        return f[static_cast<std::size_t>(j) * nx + i];
+    };
+    double* next = nodes.data();
+    for (int j = -1; j < rows - 1; ++j)
+        for (int i = -1; i < columns - 1; ++i) {
+            *next++ = value(u, i, j, value);
+            *next++ = value(v, i, j, value);
+        }
+    return nodes;
+}
 
 /// Calls `use` with the flow in its own type, so that a loop over vertices has no branch on it.
 template <class Use>

@@ -1,9 +1,12 @@
 // The terms of the energy and of the drag, each once: a force beside the energy it derives from.
-// Units D0, v_f∞ and M; energies in M v_f∞², forces in M v_f∞²/D0.
+// Units D0, v_f∞ and M; energies in M v_f∞², forces in M v_f∞²/D0. Below the terms stand the sums
+// of them that the time step takes, and the same term by term, for reports and tests: what is in
+// one must be in the other. A new term needs no other place in the engine than this file.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "math.hpp"
 
@@ -55,6 +58,71 @@ PINCHOFF_HD inline double contact_energy(double distance, double rest_length, do
 PINCHOFF_HD inline double contact_force(double distance, double rest_length, double stiffness) {
     const double overlap = 1.0 - 2.0 * distance / rest_length;
     return overlap > 0.0 ? 2.0 * stiffness / rest_length * overlap : 0.0;
+}
+
+/// Every term of one droplet's energy.
+#define PINCHOFF_TERMS(TERM) \
+    TERM(area)               \
+    TERM(edges)              \
+    TERM(line_tension)       \
+    TERM(wall)
+
+/// Something of each term.
+template <class T>
+struct Terms {
+#define PINCHOFF_DECLARE(name) T name{};
+    PINCHOFF_TERMS(PINCHOFF_DECLARE)
+#undef PINCHOFF_DECLARE
+};
+
+/// What the terms pull an edge's two ends together with, divided by its length.
+PINCHOFF_HD inline double edge_pulls(const Ring& ring, double inverse_length) {
+    return line_tension_pull(inverse_length, ring.constants.line_tension) +
+           edge_pull(inverse_length, ring.rest_length, ring.edge_spring);
+}
+
+/// Force on a vertex between two others, beside the pulls of its edges and what it touches.
+PINCHOFF_HD inline Vec2 vertex_force([[maybe_unused]] const Ring& ring, Vec2 before,
+                                     [[maybe_unused]] Vec2 here, Vec2 after, double p) {
+    return pressure_force(before, after, p);
+}
+
+/// Adds the energies of a vertex and of the edge from it to the next; that of the area comes once a
+/// droplet.
+inline void add_vertex_energies(Terms<double>& sum, const Ring& ring, Vec2 here, Vec2 after,
+                                std::span<const Obstacle> obstacles) {
+    const Vec2 e = after - here;
+    const double length = std::sqrt(dot(e, e));
+    sum.edges += edge_energy(length, ring.rest_length, ring.edge_spring);
+    sum.line_tension += line_tension_energy(length, ring.constants.line_tension);
+    for (const Obstacle& o : obstacles) {
+        const Vec2 from = here - Vec2{o.x, o.y};
+        sum.wall += contact_energy(std::sqrt(dot(from, from)) - o.radius, ring.rest_length,
+                                   ring.wall_stiffness);
+    }
+}
+
+/// Forces on a vertex between two others.
+inline Terms<Vec2> vertex_forces(const Ring& ring, Vec2 before, Vec2 here, Vec2 after, double p,
+                                 std::span<const Obstacle> obstacles) {
+    const Vec2 in = here - before, out = after - here;
+    const double in_inverse = 1.0 / std::sqrt(dot(in, in)),
+                 out_inverse = 1.0 / std::sqrt(dot(out, out));
+    const double gamma = ring.constants.line_tension;
+    Terms<Vec2> f;
+    f.area = pressure_force(before, after, p);
+    f.edges = edge_pull(out_inverse, ring.rest_length, ring.edge_spring) * out -
+              edge_pull(in_inverse, ring.rest_length, ring.edge_spring) * in;
+    f.line_tension =
+        line_tension_pull(out_inverse, gamma) * out - line_tension_pull(in_inverse, gamma) * in;
+    for (const Obstacle& o : obstacles) {
+        const Vec2 from = here - Vec2{o.x, o.y};
+        const double distance = std::sqrt(dot(from, from));
+        f.wall =
+            f.wall + contact_force(distance - o.radius, ring.rest_length, ring.wall_stiffness) /
+                         distance * from;
+    }
+    return f;
 }
 
 /// What drag at rate ζ leaves of a velocity after a time, e^(-ζ t), and what it has replaced, 1

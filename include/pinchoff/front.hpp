@@ -24,6 +24,9 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
+/// Whether a ring follows this model.
+inline bool tracks_front(const Ring& ring) { return ring.constants.front_tracking != 0.0; }
+
 /// Half of the difference between the neighbours, turned outwards: the gradient of the area.
 PINCHOFF_HD inline Vec2 area_gradient(Vec2 before, Vec2 after) {
     return {0.5 * (after.y - before.y), 0.5 * (before.x - after.x)};
@@ -61,15 +64,25 @@ struct AreaSums {
 
 /// Velocity by flow and line tension alone into push_x, push_y.
 template <class FlowAt>
-AreaSums carry_and_tighten(const Ring& ring, FlowAt flow, const double* x, const double* y) {
+AreaSums carry_and_tighten(const Ring& ring, const FlowAt& flow, const double* x, const double* y) {
     const double* tx = ring.pull_x;
     const double* ty = ring.pull_y;
     double* wx = ring.push_x;
     double* wy = ring.push_y;
-    const double mobility = ring.mobility * ring.line_tension;
+    const double* fluid_x = ring.fluid_x;
+    const double* fluid_y = ring.fluid_y;
+    const double mobility = ring.mobility * ring.constants.line_tension;
+    if constexpr (FlowAt::kByRing) {
+        Ring here = ring;
+        here.x = const_cast<double*>(x);
+        here.y = const_cast<double*>(y);
+        flow.fill(here);
+    }
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
-        const Vec2 fluid = flow.at({x[i], y[i]});
+        Vec2 fluid;
+        if constexpr (FlowAt::kByRing) fluid = {fluid_x[i], fluid_y[i]};
+        else fluid = flow.at({x[i], y[i]});
         wx[i] = fluid.x + mobility * (tx[i] - tx[i - 1]);
         wy[i] = fluid.y + mobility * (ty[i] - ty[i - 1]);
     }
@@ -177,7 +190,7 @@ inline void even_out(const Ring& ring, double perimeter) {
     const double* length = ring.length;
     double* slide = ring.slide;
     const int count = ring.count, padded = ring.padded;
-    const double evening = ring.evening_rate, mean_length = perimeter / count;
+    const double evening = ring.constants.evening_rate, mean_length = perimeter / count;
     // What each edge lacks of lengthening; the mean of it is taken off below.
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i)
@@ -226,8 +239,8 @@ void finish_velocity(const Ring& ring) {
 
 /// Velocity of one ring with its vertices at x, y, for a step that begins at its own positions.
 template <bool Track, class FlowAt>
-void front_velocity(const Ring& ring, int index, const Scene& scene, FlowAt flow, const double* x,
-                    const double* y, double time_step) {
+void front_velocity(const Ring& ring, int index, const Scene& scene, const FlowAt& flow,
+                    const double* x, const double* y, double time_step) {
     const double perimeter = measure_edges(ring, x, y);
     const AreaSums sums = carry_and_tighten(ring, flow, x, y);
     const double q = area_multiplier(ring, index, scene, x, y, sums, time_step);
@@ -367,7 +380,8 @@ inline void restore(const Ring& ring, int index, const Scene& scene) {
 
 /// One step of one ring among walls.
 template <class FlowAt>
-void advance_front(const Ring& ring, int index, const Scene& scene, FlowAt flow, double time_step) {
+void advance_front(const Ring& ring, int index, const Scene& scene, const FlowAt& flow,
+                   double time_step) {
     double* x = ring.x;
     double* y = ring.y;
     double* mx = ring.mid_x;
@@ -399,8 +413,8 @@ inline void part_fronts(const Scene& scene) {
         const DropletContact& touch = scene.touches[c];
         const Ring& a = scene.rings[touch.ring];
         const Ring& b = scene.rings[touch.other];
-        const Nearest near = nearest_edge(b, {a.x[touch.vertex], a.y[touch.vertex]},
-                                          touch.first_edge, touch.edge_count);
+        const Nearest near =
+            nearest_edge(b, vertex_seen_by(scene, touch), touch.first_edge, touch.edge_count);
         const bool own = &a == &b;
         const double distance = own ? std::fabs(near.distance) : near.distance;
         const double lack = (own ? kThinnestPart * a.rest_length : 0.0) - distance;

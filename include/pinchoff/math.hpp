@@ -44,6 +44,12 @@ PINCHOFF_HD inline Vec2 operator*(double s, Vec2 a) { return {s * a.x, s * a.y};
 PINCHOFF_HD inline double dot(Vec2 a, Vec2 b) { return a.x * b.x + a.y * b.y; }
 PINCHOFF_HD inline double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 
+/// The way from one place to another that belongs to another body: the one function for it. Where
+/// space repeats itself, `image` is the shift of the other body's image that is meant.
+PINCHOFF_HD inline Vec2 displacement(Vec2 from, Vec2 to, Vec2 image = {0.0, 0.0}) {
+    return {to.x + image.x - from.x, to.y + image.y - from.y};
+}
+
 /// As many numbers side by side as a register of this instruction set holds, for sums and extremes
 /// over an array. Comparisons with a number that is not finite behave as they do for single
 /// numbers.

@@ -4,13 +4,12 @@
 
 #include <cmath>
 #include <limits>
-
-#include "math.hpp"
+#include <numbers>
 
 namespace pinchoff {
 
 /// Area of the undeformed droplet, that of a circle of unit diameter.
-inline constexpr double kReferenceArea = 0.25 * kPi;
+inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
 
 /// Every input, in units D0 = v_f∞ = M = 1.
 #define PINCHOFF_MODEL_FIELDS(FIELD)    \
@@ -72,17 +71,35 @@ inline constexpr int kResultFields = sizeof(Result) / sizeof(double);
 
 enum class Outcome { slipped, broke, captured, failed };
 
-#define PINCHOFF_GUARDS(GUARD) \
-    GUARD(penetration)         \
-    GUARD(overlap)             \
-    GUARD(self_intersection)   \
-    GUARD(area)                \
-    GUARD(blow_up)             \
-    GUARD(flow_domain)
+/// Every guard, in the order of its number, with the limit that it holds the run to:
+/// penetration: fraction of its radius by which a vertex or an edge may enter an obstacle;
+/// overlap: depth of one droplet in another, in vertex spacings; self_intersection: crossing edges;
+/// area: fraction by which an area may differ from A_eq; blow_up: largest coordinate, D0;
+/// flow_domain: way out of the sampled flow, D0; generations: break-ups in one ancestry;
+/// daughter_size: least diameter of a daughter, D0; time_step: parts into which the small daughters
+/// may divide it.
+#define PINCHOFF_GUARDS(GUARD)  \
+    GUARD(penetration, 0.25)    \
+    GUARD(overlap, 1.0)         \
+    GUARD(self_intersection, 0) \
+    GUARD(area, 0.01)           \
+    GUARD(blow_up, 1e4)         \
+    GUARD(flow_domain, 0)       \
+    GUARD(generations, 16)      \
+    GUARD(daughter_size, 0.02)  \
+    GUARD(time_step, 4096)
 
-#define PINCHOFF_ENTRY(name) name,
+#define PINCHOFF_ENTRY(name, limit) name,
 enum class Guard { none, PINCHOFF_GUARDS(PINCHOFF_ENTRY) };
 #undef PINCHOFF_ENTRY
+
+/// The limit of a guard.
+constexpr double limit_of(Guard guard) {
+#define PINCHOFF_ENTRY(name, limit) limit,
+    constexpr double kLimits[] = {0, PINCHOFF_GUARDS(PINCHOFF_ENTRY)};
+#undef PINCHOFF_ENTRY
+    return kLimits[static_cast<int>(guard)];
+}
 
 /// What one guard saw when it stopped a run.
 struct Alarm {
@@ -90,12 +107,6 @@ struct Alarm {
     double value = 0, time = 0;
 };
 
-/// Fraction of its radius by which a vertex or an edge may enter an obstacle.
-inline constexpr double kPenetrationLimit = 0.25;
-/// Fraction by which an area may differ from A_eq.
-inline constexpr double kAreaLimit = 0.01;
-/// Coordinates beyond this, in D0, mean that the run has blown up.
-inline constexpr double kReachLimit = 1e4;
 /// A droplet has left an obstacle behind when all of it is this far, in D0, beyond its rear.
 inline constexpr double kDepartureDistance = 0.5;
 /// Front tracking: an outline this near to an obstacle, in D0, has touched it.
@@ -105,9 +116,18 @@ inline constexpr int kCrossingSamples = 10;
 /// Least vertices of a droplet.
 inline constexpr int kLeastVertices = 16;
 
-/// Regular polygon with the area of a circle: its edge is l_eq [paper, section 3.5].
-inline double rest_length(double area, int count) {
-    return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
+/// What is wrong with the numbers that count steps and vertices, as `<name> must be <rule>`; null
+/// where nothing is. The guards see what is wrong with any other number.
+inline const char* wrong_clock(const Model& m) {
+    if (!(m.time_step > 0.0) || !std::isfinite(m.time_step))
+        return "time_step must be positive and finite";
+    if (!(m.sample_interval > 0.0) || !(m.sample_interval <= 1e9 * m.time_step))
+        return "sample_interval must be positive and at most 1e9 time steps";
+    if (!(m.time_limit >= 0.0) || !(m.time_limit <= 1e15 * m.time_step))
+        return "time_limit must be from 0 to 1e15 time steps";
+    if (!(m.vertex_count >= kLeastVertices) || !(m.vertex_count <= 1e6))
+        return "vertex_count must be from 16 to 1e6";
+    return nullptr;
 }
 
 }  // namespace pinchoff

@@ -28,6 +28,19 @@ inline double signed_area(Outline r) {
     return 0.5 * twice;
 }
 
+/// The same of a ring as the time step has it, in whole registers; about the origin, which is near
+/// enough for a step.
+inline double signed_area(const Ring& ring) {
+    const double *x = ring.x, *y = ring.y;
+    const int whole = ring.count / kLanes * kLanes;
+    Lanes lanes{};
+    for (int i = 0; i < whole; i += kWidth)
+        lanes += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
+    double twice = sum(lanes);
+    for (int i = whole; i < ring.count; ++i) twice += x[i] * y[i + 1] - x[i + 1] * y[i];
+    return 0.5 * twice;
+}
+
 inline double perimeter(Outline r) {
     double sum = 0;
     for (std::size_t i = 0; i < r.size(); ++i) {
@@ -68,10 +81,11 @@ inline Vec2 centroid_velocity(Outline r, std::span<const Vec2> v) {
 }
 
 /// Shape parameter 𝒜 = P²/(4πA), 1 for a circle [paper, appendix B].
-inline double shape_parameter(Outline r) {
-    const double p = perimeter(r);
-    return p * p / (4.0 * kPi * std::fabs(signed_area(r)));
+inline double shape_parameter(double perimeter, double area) {
+    return perimeter * perimeter / (4.0 * kPi * std::fabs(area));
 }
+
+inline double shape_parameter(Outline r) { return shape_parameter(perimeter(r), signed_area(r)); }
 
 /// Signed area of the part on the left of the line through `point` along `direction`, by exact
 /// clipping of every edge; right for outlines that the line cuts into any number of parts.

@@ -12,6 +12,7 @@
 
 #include "flow.hpp"
 #include "forces.hpp"
+#include "polygon.hpp"
 #include "types.hpp"
 
 namespace pinchoff::inline PINCHOFF_ARCH {
@@ -23,35 +24,32 @@ inline void wrap(double* a, int count, int padded) {
 }
 
 /// Tension of every edge into pull_x, pull_y; returns the signed area.
-inline double pull_edges(const Ring& ring) {
+inline double pull_edges(Ring ring) {
     const double* x = ring.x;
     const double* y = ring.y;
     double* px = ring.pull_x;
     double* py = ring.pull_y;
-    const double gamma = ring.line_tension, spring = ring.edge_spring, rest = ring.rest_length;
-    const int padded = ring.padded, whole = ring.count / kLanes * kLanes;
+    const int padded = ring.padded;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
         const Vec2 e = Vec2{x[i + 1], y[i + 1]} - Vec2{x[i], y[i]};
         const double inverse = 1.0 / std::sqrt(dot(e, e));
-        const double pull = line_tension_pull(inverse, gamma) + edge_pull(inverse, rest, spring);
+        const double pull = edge_pulls(ring, inverse);
         px[i] = pull * e.x;
         py[i] = pull * e.y;
     }
-    Lanes lanes{};
-    for (int i = 0; i < whole; i += kWidth)
-        lanes += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
-    double twice_area = sum(lanes);
-    for (int i = whole; i < ring.count; ++i) twice_area += x[i] * y[i + 1] - x[i + 1] * y[i];
     px[-1] = px[ring.count - 1];
     py[-1] = py[ring.count - 1];
-    return 0.5 * twice_area;
+    return signed_area(ring);
 }
 
 /// New velocities from the forces at the present positions. Track: add to the path of each vertex.
 template <bool Push, bool Track, class FlowAt>
-void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
+void kick(const Ring& ring, const FlowAt& flow, Relaxation relaxation) {
     const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
+    if constexpr (FlowAt::kByRing) flow.fill(ring);
+    const double* fluid_x = ring.fluid_x;
+    const double* fluid_y = ring.fluid_y;
     const double* x = ring.x;
     const double* y = ring.y;
     const double* px = ring.pull_x;
@@ -65,8 +63,11 @@ void kick(const Ring& ring, FlowAt flow, Relaxation relaxation) {
     const int padded = ring.padded;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < padded; ++i) {
-        const Vec2 fluid = flow.at({x[i], y[i]});
-        Vec2 force = pressure_force({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]}, p);
+        const Vec2 before{x[i - 1], y[i - 1]}, here{x[i], y[i]}, after{x[i + 1], y[i + 1]};
+        Vec2 fluid;
+        if constexpr (FlowAt::kByRing) fluid = {fluid_x[i], fluid_y[i]};
+        else fluid = flow.at(here);
+        Vec2 force = vertex_force(ring, before, here, after, p);
         force.x += px[i] - px[i - 1];
         force.y += py[i] - py[i - 1];
         if constexpr (Push) {
@@ -110,7 +111,7 @@ inline void push_from_walls(const Scene& scene) {
         const double rest = ring.rest_length, stiffness = ring.wall_stiffness;
         PINCHOFF_INDEPENDENT
         for (int i = contact.first; i < contact.last; ++i) {
-            const Vec2 r{x[i] - o.x, y[i] - o.y};
+            const Vec2 r = displacement({o.x, o.y}, {x[i], y[i]});
             const double distance = std::sqrt(dot(r, r));
             const double f = contact_force(distance - o.radius, rest, stiffness) / distance;
             push_x[i] += f * r.x;
@@ -137,8 +138,7 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     int edge = first;
     double fraction = 0.0, least2 = 1e300;
     Vec2 off{0.0, 0.0};
-    for (int n = 0; n < count; ++n) {
-        const int k = (first + n) % ring.count;
+    for (int n = 0, k = first; n < count; ++n, k = k + 1 == ring.count ? 0 : k + 1) {
         const Vec2 a{ring.x[k], ring.y[k]}, e = Vec2{ring.x[k + 1], ring.y[k + 1]} - a;
         const double t = smaller(larger(dot(r - a, e) / dot(e, e), 0.0), 1.0);
         const Vec2 apart = r - (a + t * e);
@@ -176,7 +176,8 @@ struct Touch {
 inline Touch touch_of(const Ring& a, const Ring& b) {
     if (&a == &b) return {a.rest_length, a.wall_stiffness};
     return {0.5 * (a.rest_length + b.rest_length),
-            0.5 * (a.line_tension * a.rest_length + b.line_tension * b.rest_length)};
+            0.5 * (a.constants.line_tension * a.rest_length +
+                   b.constants.line_tension * b.rest_length)};
 }
 
 /// Force on a vertex of ring a from the nearest point of ring b. Another droplet is pushed out of,
@@ -188,6 +189,12 @@ inline Vec2 touch_force(const Ring& a, const Ring& b, const Nearest& near) {
     return (near.distance < 0.0 ? -f : f) * near.normal;
 }
 
+/// Where the vertex of a contact is in the frame of the other droplet, whose image it touches.
+inline Vec2 vertex_seen_by(const Scene& scene, const DropletContact& touch) {
+    const Ring& a = scene.rings[touch.ring];
+    return displacement({touch.image_x, touch.image_y}, {a.x[touch.vertex], a.y[touch.vertex]});
+}
+
 /// Repulsion of the listed vertices from other droplets and from the far side of their own, with
 /// the reaction on the edge's two ends. The only scatter there is: few vertices touch, and the
 /// list's order fixes the order of the sums.
@@ -196,8 +203,8 @@ inline void push_droplets_apart(const Scene& scene) {
         const DropletContact& touch = scene.touches[c];
         const Ring& a = scene.rings[touch.ring];
         const Ring& b = scene.rings[touch.other];
-        const Nearest near = nearest_edge(b, {a.x[touch.vertex], a.y[touch.vertex]},
-                                          touch.first_edge, touch.edge_count);
+        const Nearest near =
+            nearest_edge(b, vertex_seen_by(scene, touch), touch.first_edge, touch.edge_count);
         const Vec2 f = touch_force(a, b, near);
         const int next = near.edge + 1 == b.count ? 0 : near.edge + 1;
         a.push_x[touch.vertex] += f.x;

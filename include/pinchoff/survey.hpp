@@ -4,30 +4,28 @@
 #include <cmath>
 
 #include "math.hpp"
+#include "polygon.hpp"
 #include "types.hpp"
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
 inline void survey(const Ring& ring, Survey& out) {
     const double *x = ring.x, *y = ring.y, *vx = ring.vx, *vy = ring.vy;
-    Lanes area{}, speed2{}, relative2{}, reach{};
-    double tail_area = 0, perimeter = 0;
-    const int whole = ring.count / kLanes * kLanes;
+    Lanes speed2{}, relative2{}, reach{};
+    double perimeter = 0;
     for (int i = 0; i < ring.padded; i += kWidth) {
         const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x,
                     dv = v - ring.drift_y;
         speed2 = larger(u * u + v * v, speed2);
         relative2 = larger(du * du + dv * dv, relative2);
         reach += load(x + i) * load(x + i) + load(y + i) * load(y + i);
-        if (i < whole) area += load(x + i) * load(y + i + 1) - load(x + i + 1) * load(y + i);
     }
-    for (int i = whole; i < ring.count; ++i) tail_area += x[i] * y[i + 1] - x[i + 1] * y[i];
     for (int i = 0; i < ring.count; ++i) {
         const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
         perimeter += std::sqrt(ex * ex + ey * ey);
     }
-    out = {0.5 * (sum(area) + tail_area), perimeter, std::sqrt(most(speed2)),
-           std::sqrt(most(relative2)), std::sqrt(sum(reach))};
+    out = {signed_area(ring), perimeter, std::sqrt(most(speed2)), std::sqrt(most(relative2)),
+           std::sqrt(sum(reach))};
 }
 
 /// Square of the distance from a point to the nearest vertex of every chunk: out (padded/kLanes).

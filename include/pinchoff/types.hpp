@@ -6,6 +6,8 @@
 
 #include <cstdint>
 
+#include "model.hpp"
+
 namespace pinchoff {
 
 /// Arrays are padded to a multiple of this, the widest register of any instruction set.
@@ -24,13 +26,13 @@ enum class FlowKind : std::int32_t { stokes, uniform, sampled };
 /// The undisturbed fluid velocity as a function of position, in units of v_f∞ and D0.
 struct Flow {
     FlowKind kind = FlowKind::stokes;
-    double x = 0, y = 0, radius = 0;  // stokes: the cylinder
-    double vx = 0, vy = 0;            // uniform: the velocity; stokes: vx is v_f∞
-    double x0 = 0, y0 = 0;            // sampled: position of the first node
-    double dx = 1, dy = 1;            // sampled: node spacing
-    int nx = 0, ny = 0;               // sampled: nodes along x and y
-    const double* u = nullptr;        // sampled: (ny, nx) x-velocity at the nodes
-    const double* v = nullptr;        // sampled: (ny, nx) y-velocity at the nodes
+    double x = 0, y = 0, radius = 0;              // stokes: the cylinder
+    double vx = 0, vy = 0;                        // uniform: the velocity; stokes: vx is v_f∞
+    double x0 = 0, y0 = 0;                        // sampled: position of the first node
+    double dx = 1, dy = 1;                        // sampled: node spacing
+    int nx = 0, ny = 0;                           // sampled: nodes along x and y
+    bool periodic_x = false, periodic_y = false;  // sampled: whether nodes nx, ny are the first
+    const double* nodes = nullptr;                // sampled: see padded_nodes in flow.hpp
 };
 
 /// One droplet as the kernels see it: structure of arrays with ghost vertices at both ends.
@@ -48,17 +50,19 @@ struct Ring {
     double* pull_y = nullptr;
     double* push_x = nullptr;  // (padded) contact force on vertex i; zero where there is none
     double* push_y = nullptr;
-    double* path = nullptr;   // (padded) sum of |v - v_drift|² over the steps of a block
+    double* path = nullptr;     // (padded) sum of |v - v_drift|² over the steps of a block
+    double* fluid_x = nullptr;  // (padded) velocity of a sampled flow at the vertices
+    double* fluid_y = nullptr;
     double* mid_x = nullptr;  // (padded) front tracking: position in the middle of a step
     double* mid_y = nullptr;
     double* length = nullptr;  // (padded) front tracking: length of edge i
     double* slide = nullptr;   // (padded) front tracking: motion of vertex i along the outline
 
+    Model constants{};                // what does not change with the droplet's size
     double mass = 1;                  // M
     double diameter = 1;              // D0 of this droplet
     double rest_area = 0;             // A_eq
     double rest_length = 0;           // l_eq
-    double line_tension = 0;          // γ_2D
     double edge_spring = 0;           // k_l N_v
     double area_stiffness = 0;        // k_a
     double wall_stiffness = 0;        // ε_w
@@ -66,7 +70,6 @@ struct Ring {
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
-    double evening_rate = 0;          // front tracking: rate at which edges return to one length
     int parts = 1;                    // front tracking: steps of this ring in a step of the scene
 
     bool pushed = false;  // whether push_x, push_y take part in this block
@@ -78,9 +81,11 @@ struct WallContact {
     Obstacle obstacle;
 };
 
-/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own.
+/// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own: of
+/// the other's image that is shifted by (image_x, image_y).
 struct DropletContact {
     int ring, vertex, other, first_edge, edge_count;
+    double image_x = 0, image_y = 0;
 };
 
 /// What a block of steps acts on.
@@ -127,9 +132,9 @@ struct Kernels {
     void (*advance)(const Scene&, double time_step, int steps);
     /// Carry the velocities alone over `time`, which may be negative.
     void (*shift_velocities)(const Scene&, double time);
-    /// Front tracking: steps; outlines put out of walls and each other, with their areas; and the
-    /// velocities of the present positions.
+    /// Front tracking: outlines put out of walls and each other, with their areas.
     void (*settle_fronts)(const Scene&);
+    /// Front tracking: steps, and the velocities of the present positions.
     void (*advance_fronts)(const Scene&, double time_step, int steps);
     void (*front_velocities)(const Scene&, double time_step);
     void (*survey)(const Ring&, Survey&);

@@ -1,8 +1,11 @@
 // Bindings of the collision: rows of numbers in, rows of numbers and outlines out.
 #include "bindings.hpp"
 
+#include <chrono>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <string>
 
 #include "pinchoff/collision.hpp"
 #include "pool.hpp"
@@ -17,7 +20,7 @@ using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cp
 /// A flow as Python holds it: the plain description and, for a sampled one, its node values.
 struct FlowObject {
     Flow flow;
-    std::vector<double> u, v;
+    std::vector<double> nodes;
 };
 
 static Model model_of(const double* row) {
@@ -26,7 +29,16 @@ static Model model_of(const double* row) {
     return model;
 }
 
-static Model checked_model(Row row) {
+/// Refuses a model whose run could not be counted.
+static Model clocked(const Model& model) {
+    if (const char* rule = wrong_clock(model))
+        throw nb::value_error(
+            (std::string("model: ") + rule + "; got another number; use Parameters.model_row()")
+                .c_str());
+    return model;
+}
+
+static Model row_model(Row row) {
     if (row.shape(0) != static_cast<std::size_t>(kModelFields))
         throw nb::value_error(
             "model must have one number for each of MODEL_FIELDS; got another length; "
@@ -34,12 +46,14 @@ static Model checked_model(Row row) {
     return model_of(row.data());
 }
 
-static Flow stokes_flow(double radius, double x, double y) {
+static Model checked_model(Row row) { return clocked(row_model(row)); }
+
+static Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;
     flow.kind = FlowKind::stokes;
-    flow.radius = radius;
-    flow.x = x;
-    flow.y = y;
+    flow.radius = obstacle.radius;
+    flow.x = obstacle.x;
+    flow.y = obstacle.y;
     flow.vx = 1.0;
     return flow;
 }
@@ -52,14 +66,13 @@ static FlowObject uniform_flow(double vx, double vy) {
     return object;
 }
 
-static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v) {
+static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid u, Grid v,
+                               bool periodic_x, bool periodic_y) {
     if (u.shape(0) != v.shape(0) || u.shape(1) != v.shape(1) || u.shape(0) < 4 || u.shape(1) < 4)
         throw nb::value_error(
             "u and v must have the same shape (ny, nx), at least 4 by 4; got others; "
             "sample both on one grid");
     FlowObject object;
-    object.u.assign(u.data(), u.data() + u.size());
-    object.v.assign(v.data(), v.data() + v.size());
     Flow& f = object.flow;
     f.kind = FlowKind::sampled;
     f.x0 = x0;
@@ -68,8 +81,10 @@ static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid 
     f.dy = dy;
     f.ny = static_cast<int>(u.shape(0));
     f.nx = static_cast<int>(u.shape(1));
-    f.u = object.u.data();  // stays valid when the object is moved
-    f.v = object.v.data();
+    f.periodic_x = periodic_x;
+    f.periodic_y = periodic_y;
+    object.nodes = padded_nodes(f, u.data(), v.data());
+    f.nodes = object.nodes.data();  // stays valid when the object is moved
     return object;
 }
 
@@ -114,14 +129,44 @@ static void make_system(System* self, Row model, nb::object flow, Triples obstac
                                       best_kernels())};
 }
 
+/// Says, ten times a second at most, whether Python has a signal for this thread.
+class SignalWatch {
+public:
+    bool operator()() {
+        const auto now = std::chrono::steady_clock::now();
+        if (!pending_ && now - last_ > std::chrono::milliseconds(100)) {
+            last_ = now;
+            const nb::gil_scoped_acquire gil;
+            pending_ = PyErr_CheckSignals() != 0;
+        }
+        return pending_;
+    }
+    bool pending() const { return pending_; }
+
+private:
+    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+    bool pending_ = false;
+};
+
+static void advance_system(System& self, double time) {
+    SignalWatch watch;
+    {
+        const nb::gil_scoped_release release;
+        self.collision.advance(time, [&] { return watch(); });
+    }
+    if (watch.pending()) throw nb::python_error();
+}
+
 static nb::dict dict_of(const Energies& e) {
     nb::dict d;
-    d["area"] = e.area;
-    d["edges"] = e.edges;
-    d["line_tension"] = e.line_tension;
-    d["wall"] = e.wall;
-    d["contact"] = e.touch;
-    d["total"] = e.area + e.edges + e.line_tension + e.wall + e.touch;
+    double total = 0;
+#define PINCHOFF_PUT(name) \
+    d[#name] = e.own.name; \
+    total += e.own.name;
+    PINCHOFF_TERMS(PINCHOFF_PUT)
+#undef PINCHOFF_PUT
+    d["contact"] = e.contact;
+    d["total"] = total + e.contact;
     return d;
 }
 
@@ -167,10 +212,11 @@ static nb::list list_of(const std::vector<Event>& events) {
 static nb::list outlines(System& self) {
     nb::list list;
     const std::vector<Droplet>& droplets = self.collision.droplets();
+    const std::vector<std::vector<Vec2>> velocities = self.collision.synchronized_velocities();
     for (std::size_t i = 0; i < droplets.size(); ++i) {
         const Droplet& d = droplets[i];
-        list.append(nb::make_tuple(d.id, d.generation, array_of(d.positions()),
-                                   array_of(self.collision.synchronized_velocities(i))));
+        list.append(
+            nb::make_tuple(d.id, d.generation, array_of(d.positions()), array_of(velocities[i])));
     }
     return list;
 }
@@ -195,13 +241,15 @@ static nb::dict term_energies(Row model, Points positions, Triples obstacles, do
 }
 
 static nb::dict term_forces_of(Row model, Points positions, Triples obstacles, double diameter) {
-    const TermForces f = term_forces(
+    const std::vector<Terms<Vec2>> forces = term_forces(
         droplet_of(checked_model(model), positions, positions, diameter), obstacles_of(obstacles));
+    std::vector<Vec2> one(forces.size());
     nb::dict d;
-    d["area"] = array_of(f.area);
-    d["edges"] = array_of(f.edges);
-    d["line_tension"] = array_of(f.line_tension);
-    d["wall"] = array_of(f.wall);
+#define PINCHOFF_PUT(name)                                                   \
+    for (std::size_t i = 0; i < forces.size(); ++i) one[i] = forces[i].name; \
+    d[#name] = array_of(one);
+    PINCHOFF_TERMS(PINCHOFF_PUT)
+#undef PINCHOFF_PUT
     return d;
 }
 
@@ -227,13 +275,38 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     return array_of(a);
 }
 
-/// One collision from start to end, in pieces short enough for an interruption to be noticed.
+/// For tests: the list of contacts of one droplet's vertices with another droplet's edges.
+static nb::tuple touches_of(Row row, Points one, Points other, double diameter_one,
+                            double diameter_other) {
+    const Model model = checked_model(row);
+    const Droplet a = droplet_of(model, one, one, diameter_one),
+                  b = droplet_of(model, other, other, diameter_other);
+    ContactLists lists;
+    const PairRoom room = list_pair(lists, best_kernels(), a.ring, 0, b.ring, 1);
+    nb::list list;
+    for (const DropletContact& c : lists.touches)
+        list.append(nb::make_tuple(c.vertex, c.first_edge, c.edge_count));
+    return nb::make_tuple(room.allowed, room.depth, list);
+}
+
+/// For tests: the list of one droplet's vertices that may feel an obstacle which it has met.
+static nb::tuple wall_vertices(Row row, Points outline, double x, double y, double radius) {
+    const Droplet d = droplet_of(checked_model(row), outline, outline, 1.0);
+    Look look;
+    const Obstacle obstacle{x, y, radius};
+    const Nearby near = look_nearby(look, best_kernels(), d.ring, 0, obstacle, 0);
+    const double room = list_wall(look.lists, d, 0, obstacle, look.distance2.data() + near.chunks);
+    nb::list list;
+    for (const WallContact& c : look.lists.walls) list.append(nb::make_tuple(c.first, c.last));
+    return nb::make_tuple(room, list);
+}
+
+/// One collision from start to end, or until `stop` is set.
 static Result run_one(const Model& model, const FlowObject* flow, const std::atomic<bool>& stop) {
-    const Flow field = flow ? flow->flow : stokes_flow(model.obstacle_radius, 0.0, 0.0);
-    Collision collision(model, field, {{0.0, 0.0, model.obstacle_radius}},
-                        {{-model.start_distance, model.offset, 1.0}}, best_kernels());
-    const double piece = 1e5 * model.time_step;
-    while (!collision.finished() && !stop) collision.advance(collision.time() + piece);
+    const auto [obstacles, droplets] = default_arrangement(model);
+    const Flow field = flow ? flow->flow : stokes_flow(obstacles.front());
+    Collision collision(model, field, obstacles, droplets, best_kernels());
+    collision.advance(std::numeric_limits<double>::infinity(), [&] { return stop.load(); });
     return collision.result();
 }
 
@@ -247,6 +320,7 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
             "threads must be at least 1; got less; leave it out to use all cores");
     const std::size_t count = models.shape(0);
     const double* rows = models.data();
+    for (std::size_t i = 0; i < count; ++i) clocked(model_of(rows + i * kModelFields));
     std::vector<Result> results(count);
     bool interrupted = false;
     const auto watch = [&](std::size_t done) {
@@ -286,8 +360,16 @@ void bind_collision(nb::module_& m) {
 #define PINCHOFF_NAME(name) #name,
     m.attr("MODEL_FIELDS") = tuple_of({PINCHOFF_MODEL_FIELDS(PINCHOFF_NAME)});
     m.attr("RESULT_FIELDS") = tuple_of({PINCHOFF_RESULT_FIELDS(PINCHOFF_NAME)});
+    m.attr("TERMS") = tuple_of({PINCHOFF_TERMS(PINCHOFF_NAME)});
+#undef PINCHOFF_NAME
+#define PINCHOFF_NAME(name, limit) #name,
     m.attr("GUARDS") = tuple_of({"", PINCHOFF_GUARDS(PINCHOFF_NAME)});
 #undef PINCHOFF_NAME
+    nb::dict limits;
+#define PINCHOFF_LIMIT(name, limit) limits[#name] = limit_of(Guard::name);
+    PINCHOFF_GUARDS(PINCHOFF_LIMIT)
+#undef PINCHOFF_LIMIT
+    m.attr("GUARD_LIMITS") = limits;
 
     nb::class_<FlowObject>(m, "Flow",
                            "Fluid velocity as a function of position, in units of v_f∞ and D0.")
@@ -295,11 +377,12 @@ void bind_collision(nb::module_& m) {
     m.def(
         "StokesFlow",
         [](double radius, double x, double y) {
-            return FlowObject{stokes_flow(radius, x, y), {}, {}};
+            return FlowObject{stokes_flow({x, y, radius}), {}};
         },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
+          "periodic_x"_a = false, "periodic_y"_a = false,
           "Velocities u, v (ny, nx) on a regular grid with its first node at (x0, y0), "
           "interpolated bicubically.");
 
@@ -309,10 +392,8 @@ void bind_collision(nb::module_& m) {
              "model: one number for each of MODEL_FIELDS; obstacles: (M, 3) rows x, y, radius; "
              "droplets: (K, 3) rows x, y,\n"
              "diameter; all in D0.")
-        .def(
-            "advance", [](System& s, double time) { s.collision.advance(time); }, "time"_a,
-            nb::call_guard<nb::gil_scoped_release>(),
-            "Run to the first sample at or after `time`, or to the end.")
+        .def("advance", &advance_system, "time"_a,
+             "Run to the first sample at or after `time`, or to the end. A signal ends it.")
         .def_prop_ro("finished", [](const System& s) { return s.collision.finished(); })
         .def_prop_ro("time", [](const System& s) { return s.collision.time(); })
         .def(
@@ -331,6 +412,17 @@ void bind_collision(nb::module_& m) {
         .def("contacts", [](const System& s) { return list_of(s.collision.contacts()); })
         .def("breakups", [](const System& s) { return list_of(s.collision.breakups()); });
 
+    m.def(
+        "default_arrangement",
+        [](Row row) {
+            const auto [obstacles, droplets] = default_arrangement(checked_model(row));
+            const Obstacle& o = obstacles.front();
+            const Start& d = droplets.front();
+            return nb::make_tuple(nb::make_tuple(o.x, o.y, o.radius),
+                                  nb::make_tuple(d.x, d.y, d.diameter));
+        },
+        "model"_a,
+        "The obstacle (x, y, radius) and the droplet (x, y, diameter) unless others are given.");
     m.def("term_energies", &term_energies, "model"_a, "positions"_a, "obstacles"_a,
           "diameter"_a = 1.0, "Energy by term of one droplet of any shape (n, 2), in M v_f∞².");
     m.def("term_forces", &term_forces_of, "model"_a, "positions"_a, "obstacles"_a,
@@ -340,31 +432,28 @@ void bind_collision(nb::module_& m) {
           "obstacles"_a, "diameter"_a = 1.0,
           "Acceleration (n, 2) of the vertices as the time step computes it, drag included.");
 
+    m.def("touches", &touches_of, "model"_a, "one"_a, "other"_a, "diameter_one"_a = 1.0,
+          "diameter_other"_a = 1.0,
+          "Contacts that the engine lists between the vertices of one droplet (n, 2) and the edges "
+          "of another (m, 2):\n"
+          "(displacement of all vertices below which the list stays complete, depth, list of "
+          "(vertex, first edge, edges)).\nFor tests.");
+    m.def("wall_vertices", &wall_vertices, "model"_a, "outline"_a, "x"_a, "y"_a, "radius"_a,
+          "Vertices of a droplet (n, 2) that the engine lists as near an obstacle: (displacement "
+          "below which the list\n"
+          "stays complete, list of (first, last + 1)). For tests.");
+
     m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
           "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, "
           "len(RESULT_FIELDS)).");
-    const auto reference_ring = [](const Model& model) {
-        Collision c(model, stokes_flow(model.obstacle_radius, 0.0, 0.0), {},
-                    {{-model.start_distance, 0.0, 1.0}}, best_kernels());
-        return c.droplets().front().ring;
-    };
     m.def(
         "stable_time_step",
-        [=](Row row) {
-            const Model model = checked_model(row);
-            const Ring ring = reference_ring(model);
-            return model.front_tracking != 0.0 ? safe_front_step(ring) : stable_time_step(ring);
-        },
-        "model"_a, "Largest stable time step of the model's undeformed droplet, in t0.");
+        [](Row model) { return stable_time_step(undeformed(row_model(model)).ring); }, "model"_a,
+        "Largest stable time step of the model's undeformed droplet, in t0.");
     m.def(
         "auto_time_step",
-        [=](Row row) {
-            const Model model = checked_model(row);
-            const Ring ring = reference_ring(model);
-            return model.front_tracking != 0.0 ? std::min(kLongestFrontStep, safe_front_step(ring))
-                                               : auto_time_step(ring);
-        },
-        "model"_a, "Time step with a margin for the deformed droplet and for accuracy, in t0.");
+        [](Row model) { return auto_time_step(undeformed(row_model(model)).ring); }, "model"_a,
+        "Time step with a margin for the deformed droplet and for accuracy, in t0.");
     m.def(
         "instruction_set", [] { return std::string(best_kernels().name); },
         "Instruction set of the compiled loops.");

@@ -8,6 +8,7 @@ from .collisions.law import breakup_number as breakup_number
 from .collisions.parquet import read_collisions as read_collisions
 from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
+from .model import arrays as arrays
 from .model import flow as flow
 from .model.energy import term_forces as term_forces
 from .model.energy import total_energy as total_energy
@@ -55,6 +56,7 @@ __all__ = [
     "SweepDesign",
     "VideoSettings",
     "__version__",
+    "arrays",
     "boundary",
     "breakup_number",
     "calibrate",

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import shapely
 
 from pinchoff.chamber import Chamber, check_flow, check_rules, compare_with_stokes, flow_around
 from pinchoff.chamber.flow_check import narrowest_gap
-from pinchoff.chamber.obstacle_flow import collision_parameters
+from pinchoff.chamber.layout import Pillar
+from pinchoff.chamber.obstacle_flow import collision_parameters, start_distance
 
 
 @pytest.fixture(scope="module")
@@ -137,7 +140,42 @@ def test_collisions_have_the_operations_groups_and_start_clear_of_other_pillars(
     start = np.array([obstacle.x_um - parameters.start_distance * diameter, obstacle.y_um])
     for other in check.chamber.layout.pillars:
         clear = math.hypot(other.x_um - start[0], other.y_um - start[1]) - other.radius_um
-        assert clear > diameter / 2
+        assert clear > 0.599 * diameter
+
+
+@pytest.fixture
+def slit_of():
+    """Function (length, half width) -> a straight slit of fluid up to the obstacle, and that.
+
+    Droplets have a diameter of 100 µm, the obstacle a radius of 50 µm.
+    """
+
+    def build(length_um, half_width_um):
+        fluid = shapely.box(-length_um, -half_width_um, 500.0, half_width_um)
+        obstacle = Pillar(0.0, 0.0, 50.0, "imaging")
+        hole = shapely.Point(0.0, 0.0).buffer(obstacle.radius_um)
+        chamber = SimpleNamespace(
+            layout=SimpleNamespace(fluid=fluid.difference(hole)),
+            operation=SimpleNamespace(droplet_diameter_um=100.0),
+        )
+        return SimpleNamespace(chamber=chamber), obstacle
+
+    return build
+
+
+@pytest.mark.parametrize("length_um", [211.0, 277.0, 341.0])
+def test_the_way_of_a_droplet_is_clear_by_a_tenth_of_its_diameter(slit_of, length_um):
+    """It starts where its front side's far end still has 0.1 D0 of fluid behind it."""
+    start = start_distance(*slit_of(length_um, 61.0))
+    assert start == pytest.approx(length_um / 100 - 0.6, abs=0.05)
+    assert start <= length_um / 100 - 0.6
+
+
+def test_a_way_that_is_too_narrow_or_too_short_is_refused(slit_of, refused):
+    for slit in (slit_of(500.0, 59.0), slit_of(165.0, 61.0)):
+        error = refused("operation.droplet_diameter_um", start_distance, *slit)
+        assert error.got == "100.0"
+    assert start_distance(*slit_of(176.0, 61.0)) == pytest.approx(1.15)
 
 
 def test_both_flows_give_a_collision_and_a_line(compared):

@@ -9,7 +9,7 @@ import shapely
 from shapely import MultiPolygon, Point, box
 
 from pinchoff.chamber import Chamber, check_rules
-from pinchoff.chamber.layout import Pillar
+from pinchoff.chamber.pillars import Pillar
 from pinchoff.chamber.rules import require_rules
 
 WARN = {"on_violation": "warn"}
@@ -49,6 +49,28 @@ def test_a_narrow_orifice_is_a_gap_at_the_orifice():
 def test_the_limit_of_a_gap_is_the_aspect_ratios(width, count):
     chamber = Chamber(rules=WARN, junction={"orifice_width_um": width})
     assert len(found(chamber, rule="gap")) == count
+
+
+@pytest.mark.parametrize(("width", "count"), [(21.0, 2), (21.5, 0)])
+def test_the_limit_of_a_wall_is_the_aspect_ratios(width, count):
+    chamber = Chamber(rules=WARN, expansion={"divider_um": width})
+    assert len(found(chamber, rule="wall")) == count
+
+
+@pytest.mark.parametrize(("share", "count"), [(0.99, 1), (1.01, 0)])
+def test_the_limit_of_a_span_is_the_width_that_nothing_holds(paper, share, count):
+    """A pond without pillars: its largest circle has the pond's width."""
+    pond = box(0.0, 10_000.0, 6_000.0, 12_000.0)
+    doctored = with_fluid(paper.layout, "supports", lambda shape: shape.union(pond))
+    outline = doctored.outline.union(pond.buffer(500.0))
+    chamber = paper.replace(rules={**WARN, "largest_span_ratio": share * 2_000.0 / 85.0})
+    assert len(found(chamber, changed(doctored, outline=outline), "span")) == count
+
+
+@pytest.mark.parametrize(("width", "blocked"), [(21.0, 2), (21.5, 0)])
+def test_the_limit_of_a_path_is_that_of_a_gap(width, blocked):
+    chamber = Chamber(rules=WARN, oil_inputs={"channel_width_um": width})
+    assert len(found(chamber, rule="path")) == blocked
 
 
 def test_the_photomasks_own_limit_counts_in_a_shallow_device():

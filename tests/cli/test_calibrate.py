@@ -67,8 +67,8 @@ def test_another_calibration_in_its_folder_is_refused(out, capsys):
     ("argument", "options"),
     [
         ("TARGET", ["paper"]),
-        ("TARGET", ["0.1,0.7"]),
-        ("TARGET", ["0.1,-0.7,0.2,0.1"]),
+        ("TARGET: beta", ["0.1,0.7"]),
+        ("TARGET: control_range", ["0.1,-0.7,0.2,0.1"]),
         ("TARGET", ["0.1,-0.7,0.2"]),
         ("nowhere.csv", ["nowhere.csv"]),
         ("--free", ["paper-simulation", "--free", "edge_stifness"]),

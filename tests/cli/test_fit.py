@@ -177,7 +177,7 @@ def test_wrong_options_are_refused_by_name(virtual, tmp_path, capsys, options, a
         (["fit", "x", "--fraction=half"], "--fraction must be a number; got half"),
         (["fit", "x", "--seed"], "--seed must be followed by a value; got nothing"),
         (["virtual", "--engine=3"], "--engine must be given without a value; got 3"),
-        (["sweep", "x"], "--out must be given; got nothing"),
+        (["sweep"], "CONFIG must be given; got nothing"),
     ],
 )
 def test_what_the_parser_does_not_understand(capsys, arguments, message):

@@ -55,7 +55,7 @@ def test_sweep_writes_a_table_and_goes_on_with_it(config, done, tmp_path, capsys
     assert capsys.readouterr().out.startswith(f"wrote {out}: 60 collisions\n")
     (out / "part-000002.parquet").unlink()
     assert main(["sweep", str(config), "--out", str(out), "--threads", "1"]) == 0
-    assert f"wrote {out}: 60 collisions, 44 of them were there" in capsys.readouterr().out
+    assert f"wrote {out}: 60 collisions, 44 of them from before" in capsys.readouterr().out
     one, other = po.read_collisions(out), po.read_collisions(done)
     pd.testing.assert_frame_equal(one, other, check_exact=True)
 
@@ -76,9 +76,9 @@ def test_refusals_are_one_line_with_the_name_of_the_option(config, done, tmp_pat
         return message
 
     out = tmp_path / "out"
-    assert said(config, "--out", out, "--threads", "0").startswith("error: --threads must be")
+    assert said(config, "--out", out, "--workers", "0").startswith("error: --workers must be")
     beside = said(config, "--out", out, "--threads", "1", "--scheduler", "tcp://127.0.0.1:1")
-    assert beside.startswith("error: --threads must be left out")
+    assert beside.startswith("error: --workers must be left out")  # its earlier name
     assert said(tmp_path / "no.toml", "--out", out).startswith(f"error: {tmp_path / 'no.toml'}")
     config.write_text(CONFIG.replace("count", "cuont"))
     assert "did you mean 'count'?" in said(config, "--out", out)
@@ -117,12 +117,14 @@ def test_summary_counts_measures_and_draws(done, tmp_path, capsys):
     said = capsys.readouterr().out
     frame = po.read_collisions(done)
     assert said.startswith("60 collisions\n")
-    for outcome, count in frame["outcome"].value_counts().items():
+    counted = frame.loc[frame["accepted"], "outcome"].value_counts()
+    for outcome, count in counted.items():
         if count:
             assert re.search(rf"{outcome} +{count}\b", said)
     missed = int((~frame["accepted"]).sum())
     assert missed > 0
-    assert re.search(rf"rejected: no contact.* +{missed}\b", said)
+    assert re.search(rf"  no contact +{missed}\b", said)
+    assert sum(summary.summarize(done).outcomes.values()) == 60  # every row once
     assert re.search(r"contact_time +[\d.]+ +[\d.]+ +t0 +\d+ rows", said)
     assert "area_um2" not in said  # never measured
     assert matplotlib.image.imread(picture).shape[2] >= 3

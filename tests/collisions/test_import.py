@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions.columns import QUANTITIES
 from pinchoff.collisions.reading import read_table
 from pinchoff.collisions.schema import SHARED_COLUMNS
 
@@ -63,6 +64,29 @@ def test_groups_from_physical_columns(physical):
     assert table["symmetry"].to_numpy() == pytest.approx([0.4, 0.9, 0.7])  # 1.3 is folded
     assert list(table.columns) == [column.name for column in SHARED_COLUMNS]
     assert table["neck_um"].isna().all()
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "ours"),
+    [
+        ("viscosity", "mu_mPa_s", 48.0),
+        ("viscosity", "mu_Pa_s", 48e3),
+        ("viscosity", "viscosity_Pa_s", 48e3),
+        ("surface_tension", "sigma_mN_m", 48.0),
+        ("surface_tension", "sigma_N_m", 48e3),
+        ("speed", "v_um_s", 48e-3),
+        ("speed", "v_mm_s", 48.0),
+        ("speed", "speed_m_s", 48e3),
+        ("contact_time", "t_ms", 48e-3),
+        ("contact_time", "t_s", 48.0),
+        ("area", "A_mm2", 48e6),
+        ("neck", "neck_m", 48e6),
+    ],
+)
+def test_the_end_of_a_columns_name_is_read_as_the_longest_unit(name, column, ours):
+    columns = {} if column.startswith(name) else {name: column}
+    table = po.import_collisions(groups(**{column: 48.0}), columns=columns).table
+    assert table[QUANTITIES[name].column].to_numpy() == pytest.approx(ours)
 
 
 def test_area_from_the_diameter_where_it_is_missing(physical):

@@ -21,7 +21,11 @@ PAGES = sorted(
     for path in (DOCS / folder).glob("*.md")
 )
 SLOW = ("how-to/calibrate.md", "how-to/reproduce.md", "tutorials/film-to-law.md")
-NEEDS = {"how-to/cluster.md": "distributed", "tutorials/film-to-law.md": "pinchoff.microscope"}
+NEEDS = {
+    "how-to/arrays.md": "skfem",
+    "how-to/cluster.md": "distributed",
+    "tutorials/film-to-law.md": "cv2",
+}
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
 _FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")

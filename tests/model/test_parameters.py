@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,23 +13,19 @@ import pytest
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.model.parameters import CA_PER_CA_SIM, preset_description, preset_names
-
-NUMBERS = (
-    "size_ratio",
-    "simulation_capillary_number",
-    "offset",
-    "vertex_count",
-    "line_tension",
-    "edge_stiffness",
-    "area_stiffness",
-    "wall_stiffness",
-    "start_distance",
-    "time_step",
-    "time_limit",
-    "neck_thickness",
-    "neck_separation",
+from pinchoff.collisions.schema import Column
+from pinchoff.model.batch import varied_columns
+from pinchoff.model.entry import documented, entries_of, parameter
+from pinchoff.model.parameters import (
+    CA_PER_CA_SIM,
+    PARAMETERS,
+    core_numbers,
+    preset_description,
+    preset_names,
 )
+from pinchoff.support.checked import Number
+
+NUMBERS = tuple(name for name, entry in PARAMETERS.items() if entry.kind in ("float", "int"))
 HUGE = pytest.param(10**400, id="huge")
 SCALE = {
     "diameter_um": 481.0,
@@ -486,3 +483,67 @@ def test_validated_mapping_is_refused_in_our_form(refused):
 def test_unreadable_file_is_refused(refused, tmp_path):
     refused(str(tmp_path / "absent.toml"), po.Parameters.from_toml, tmp_path / "absent.toml")
     refused(str(tmp_path), po.Parameters.from_toml, tmp_path)
+
+
+# One entry a parameter
+
+
+def test_every_parameter_is_an_entry_with_a_place_in_the_core_s_row():
+    assert {*PARAMETERS, "scale"} == {*po.Parameters.model_fields}
+    assert {entry.place for entry in PARAMETERS.values()} | {"sample_interval"} == {
+        *_core.MODEL_FIELDS
+    }
+    for name, entry in PARAMETERS.items():
+        assert f"    {name} : {entry.kind}\n" in po.Parameters.__doc__
+        assert entry.advice in refused_by_name(name)
+
+
+def refused_by_name(name):
+    with pytest.raises(po.InputError) as caught:
+        po.Parameters(**{name: object()})
+    return str(caught.value)
+
+
+def test_an_entry_says_all_there_is_of_a_parameter():
+    class Tilted(po.Parameters):
+        tilt: Number = parameter(
+            0.5, "the slope", symbol="g", unit="v_f∞²/D0", low=-2, high=2, column="slope"
+        )
+
+    entry = entries_of(Tilted)["tilt"]
+    assert entry.as_column() == Column("slope", "v_f∞²/D0", "float64", "the slope")
+    assert (entry.place, entry.core_value(Tilted(tilt=1))) == ("tilt", 1.0)
+    shown = documented("    **values\n        Any.\n", {"tilt": entry})
+    assert shown.split("\n", 1)[0] == "    tilt : float"
+    assert "number from -2 to 2, by default 0.5" in shown
+    with pytest.raises(po.InputError) as caught:
+        Tilted(tilt=3)
+    assert str(caught.value) == (
+        "tilt must be a finite number from -2 to 2; got 3; give the slope, g, in v_f∞²/D0, or "
+        "leave it out for 0.5"
+    )
+
+
+def test_an_entry_without_a_place_in_the_core_s_row_is_refused(monkeypatch):
+    """It must not be dropped without a word."""
+    with monkeypatch.context() as changed:
+        lost = replace(PARAMETERS["offset"], name="tilt")
+        changed.setitem(PARAMETERS, "tilt", lost)
+        core_numbers.cache_clear()
+        with pytest.raises(RuntimeError, match="got tilt in one of them alone"):
+            po.Parameters().model_row()
+    core_numbers.cache_clear()
+
+
+def test_columns_of_varied_parameters_are_those_that_a_table_does_not_show_anyway():
+    found = varied_columns(["offset", "neck_thickness", "vertex_count", "speed", "time_step"])
+    assert {name: column.name for name, column in found.items()} == {
+        "neck_thickness": "neck_thickness_limit",
+        "vertex_count": "vertex_count",
+        "time_step": "time_step",
+    }
+    kinds = {column.name: column.dtype for column in varied_columns(PARAMETERS).values()}
+    assert kinds["vertex_count"] == "int64"
+    assert kinds["follow_daughters"] == "bool"
+    assert kinds["neck_separation_unit"] == "str"
+    assert kinds["line_tension"] == "float64"

@@ -10,7 +10,7 @@ import signal
 import threading
 import time
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 
 import numpy as np
@@ -18,9 +18,11 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
+from pinchoff import _core
 from pinchoff.collisions import law
 from pinchoff.collisions import schema as collisions
 from pinchoff.model import simulation
+from pinchoff.model.outcomes import run_columns
 from pinchoff.model.parameters import SAMPLE_INTERVAL
 
 BREAKING = po.Parameters(simulation_capillary_number=30, offset=0.02)
@@ -299,6 +301,27 @@ def test_generator_in_chunks_gives_the_same(mixed, table, monkeypatch):
     assert_same(po.simulate_many(tuple(mixed), progress=True), table)
 
 
+def test_progress_counts_on_from_chunk_to_chunk(mixed, monkeypatch):
+    seen: list[float] = []
+    run_many = _core.run_many
+
+    @contextmanager
+    def bar(wanted: bool, label: str, total: int, unit: str) -> Iterator[Callable[[float], object]]:
+        assert (wanted, total) == (True, len(mixed))
+        yield seen.append
+
+    def shown(models, flow, threads, show):
+        show(1)  # as when a look finds one run done
+        show(len(models))
+        return run_many(models, flow, threads, None)
+
+    monkeypatch.setattr(simulation, "CHUNK_SIZE", 4)
+    monkeypatch.setattr(simulation, "progress_bar", bar)
+    monkeypatch.setattr(_core, "run_many", shown)
+    po.simulate_many(mixed, threads=1, progress=True)
+    assert seen == [1, 4, 5, 8, 9, 11]
+
+
 def test_generator_is_never_held_whole(monkeypatch):
     monkeypatch.setattr(simulation, "CHUNK_SIZE", 8)
     alive: weakref.WeakSet[po.Parameters] = weakref.WeakSet()
@@ -377,6 +400,17 @@ def test_stopped_runs_are_rejected_rows_and_leave_the_others_alone(mixed, table)
     assert failed["reject_reason"].str.contains("raise area_stiffness").all()
     rest = t.iloc[1:-1].reset_index(drop=True)
     assert_same(rest.drop(columns="collision_id"), table.drop(columns="collision_id"))
+
+
+def test_a_run_that_fails_after_its_first_break_up_broke():
+    """Its break-up is an event that was seen; what came after is not trusted."""
+    rows = _core.run_many(np.array([p.model_row() for p in (BREAKING, SLIPPING)]), None, 1, None)
+    for name, value in (("outcome", collisions.OUTCOMES.index("failed")), ("guard", 1)):
+        rows[:, _core.RESULT_FIELDS.index(name)] = value
+    columns = run_columns([BREAKING, SLIPPING], rows)
+    assert columns["broke"][0] == 1
+    assert math.isnan(columns["broke"][1])
+    assert columns["accepted"].tolist() == [False, False]
 
 
 def test_droplet_that_touches_nothing_is_no_collision():

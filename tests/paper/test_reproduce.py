@@ -49,7 +49,7 @@ def test_figures_are_written_once_and_taken_up(tmp_path, monkeypatch):
     before = {path: path.stat().st_mtime_ns for path in tmp_path.glob("figure_*")}
     (tmp_path / "figure_3.json").unlink()  # as if it had been stopped there
     drawn = []
-    monkeypatch.setattr(make, "write_figure", lambda path, axes: drawn.append(path.name))
+    monkeypatch.setattr(make.style, "save", lambda path, axes: drawn.append(path.name))
     po.reproduce(tmp_path, only=CHEAP, quick=True)
     assert drawn == ["figure_3.png", "figure_3.pdf"]
     assert (tmp_path / "figure_2.png").stat().st_mtime_ns == before[tmp_path / "figure_2.png"]

@@ -265,7 +265,7 @@ def test_the_prototypes_critical_symmetries_come_out(two_points):
 def test_the_table_says_what_the_runs_show(two_points):
     table, runs = two_points.table, two_points.runs
     assert list(table) == list(COLUMNS)
-    assert table.attrs["units"] == {name: unit for name, (unit, _) in COLUMNS.items()}
+    assert table.attrs["units"] == {name: column.unit for name, column in COLUMNS.items()}
     for row in table.itertuples():
         mine = runs[runs["point"] == row.point]
         assert len(mine) == row.runs

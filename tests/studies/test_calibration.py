@@ -110,7 +110,32 @@ def test_rows_without_the_numbers_are_left_out():
     table.loc[:9, "symmetry"] = math.nan
     table.loc[10:14, "symmetry"] = 0
     table["accepted"] = table.index < 90
-    assert po.CollisionsTarget(table).count == 75
+    with pytest.warns(UserWarning, match="20 of 100 rows are set aside"):
+        assert po.CollisionsTarget(table).count == 75
+
+
+def test_a_table_is_read_as_a_fit_reads_it(tmp_path):
+    """Columns with units, symmetries above 1 and words for the outcome are the same to both."""
+    table = collisions(Line(0.089, -0.72), 0.1, count=200)
+    plain = po.CollisionsTarget(table)
+    other = pd.DataFrame(
+        {
+            "capillary_number": table["capillary_number"],
+            "area_mm2": table["normalized_area"] * 0.085**2,
+            "obstacle_radius_um": 85.0,
+            "normalized_thickness": table["normalized_thickness"],
+            "symmetry": np.where(table.index % 2, table["symmetry"], 2 - table["symmetry"]),
+            "broke": np.where(table["broke"], "yes", "slipped"),
+        }
+    )
+    path = tmp_path / "other.csv"
+    other.to_csv(path, index=False)
+    imported = po.import_collisions(path)
+    for target in (as_target(path), po.CollisionsTarget(other), as_target(imported)):
+        assert target.count == plain.count == po.fit_law(imported).count
+        assert target.size_ratio == pytest.approx(plain.size_ratio)
+        assert target.control_range == pytest.approx(plain.control_range)
+        assert target.onset() == pytest.approx(plain.onset(), rel=1e-6)
 
 
 def test_the_size_of_collisions_is_their_median():
@@ -133,11 +158,12 @@ def test_wrong_targets_are_refused(refused, tmp_path):
     table = collisions(Line(0.089, -0.72), 0.1, count=100)
     refused("target", as_target, "paper-simulatoin")
     refused("target", as_target, 3)
-    refused("target", as_target, table.drop(columns="symmetry"))
+    refused("target.symmetry", as_target, table.drop(columns="symmetry"))
     refused("target", as_target, table[:10])
     refused("target", as_target, table.assign(broke=True))
     refused("target", as_target, table.assign(capillary_number=0.004))
-    refused("target['broke']", as_target, table.assign(broke="perhaps"))
+    with pytest.warns(UserWarning, match="broke is neither true or false"):
+        refused("target", as_target, table.assign(broke="perhaps"))
     refused(str(tmp_path / "no.csv"), as_target, tmp_path / "no.csv")
     (tmp_path / "no.parquet").write_text("symmetry", encoding="utf-8")
     refused(str(tmp_path / "no.parquet"), as_target, str(tmp_path / "no.parquet"))

@@ -19,6 +19,7 @@ import pinchoff as po
 from pinchoff.collisions import schema as collisions
 from pinchoff.studies.sweep import SweepDesign, dataset, execution
 from pinchoff.studies.sweep.dataset import MANIFEST
+from pinchoff.studies.sweep.sampling import unit_points
 
 SHORT = {"vertex_count": 16, "start_distance": 1.0, "time_limit": 0.02}
 QUICK = {"follow_daughters": False, "start_distance": 1.5}
@@ -160,6 +161,14 @@ def test_low_discrepancy_samples_are_even(design_of, kind, most):
         counts = np.histogram(values, bins=256, range=(0, 1))[0]
         assert counts.max() <= most
         assert (counts.max() == 1) == (kind != "random")
+
+
+@pytest.mark.parametrize("dimensions", [3, 4, 5, 8, 9, 13])
+def test_independent_points_repeat_in_no_part_however_many_parameters(dimensions):
+    whole = unit_points("random", dimensions, 48, 3, 0, 48)
+    in_parts = [unit_points("random", dimensions, 48, 3, k, k + 8) for k in range(0, 48, 8)]
+    np.testing.assert_array_equal(np.concatenate(in_parts), whole)
+    assert np.unique(whole).size == 48 * dimensions
 
 
 def test_whole_numbers_of_a_sample_have_equal_shares(design_of):

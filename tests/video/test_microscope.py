@@ -12,6 +12,7 @@ from pinchoff import _core
 from pinchoff.video.encounters import Laboratory
 from pinchoff.video.microscope import (
     Microscope,
+    Passage,
     Scene,
     film,
     frames,
@@ -136,6 +137,26 @@ def test_lanes_keep_droplets_apart(angle):
     assert len(met) == 4
     for each in met:
         assert each.row(LABORATORY)["flow_direction_deg"] == pytest.approx(direction, abs=25)
+
+
+def test_between_two_records_an_outline_of_as_many_vertices_is_the_mean():
+    """One that has other vertices in the next record goes on as it moved."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    speed = np.tile([2.0, 0.5], (4, 1))
+    still, later = square, square + np.array([4.0, 0.0])
+
+    def halfway(after):
+        frames = [
+            [(0, 0, still, speed)],
+            [(0, 0, still, speed)],
+            [(0, 0, after, np.zeros(after.shape))],
+        ]
+        outlines = po.Outlines.from_frames([0.0, 1.0, 2.0], frames, [[9.0, 0.0, 1.0]], {})
+        ((_, vertices),) = Passage(outlines, 10.0, 0.1).in_run(0.15)
+        return vertices
+
+    np.testing.assert_allclose(halfway(later), square + np.array([2.0, 0.0]))
+    np.testing.assert_allclose(halfway(later[:3]), square + np.array([1.0, 0.25]))
 
 
 def test_droplet_that_stays_comes_last():

@@ -9,7 +9,12 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from pinchoff.chamber.extra import chamber_extra
+
 if TYPE_CHECKING:
+    from pinchoff.chamber.array_flow import ArrayFlow as ArrayFlow
+    from pinchoff.chamber.array_flow import array_flow as array_flow
+    from pinchoff.chamber.array_flow import imaging_array as imaging_array
     from pinchoff.chamber.design import Chamber as Chamber
     from pinchoff.chamber.flow_check import FlowCheck as FlowCheck
     from pinchoff.chamber.flow_check import check_flow as check_flow
@@ -26,13 +31,16 @@ if TYPE_CHECKING:
     from pinchoff.chamber.solids import write_stl as write_stl
 
 _HOME = {
+    "ArrayFlow": "array_flow",
     "Chamber": "design",
     "FlowCheck": "flow_check",
     "Violation": "rules",
+    "array_flow": "array_flow",
     "check_flow": "flow_check",
     "check_rules": "rules",
     "compare_with_stokes": "obstacle_flow",
     "flow_around": "obstacle_flow",
+    "imaging_array": "array_flow",
     "in_frame": "positions",
     "read_design": "record",
     "write_dxf": "masks",
@@ -43,13 +51,16 @@ _HOME = {
 }
 
 __all__ = [
+    "ArrayFlow",
     "Chamber",
     "FlowCheck",
     "Violation",
+    "array_flow",
     "check_flow",
     "check_rules",
     "compare_with_stokes",
     "flow_around",
+    "imaging_array",
     "in_frame",
     "read_design",
     "write_dxf",
@@ -64,28 +75,10 @@ def __getattr__(name: str) -> Any:
     """Load a public name on first use."""
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(load(_HOME[name]), name)
+    with chamber_extra():
+        value = getattr(importlib.import_module(f"{__name__}.{_HOME[name]}"), name)
     globals()[name] = value
     return value
-
-
-def load(module: str) -> Any:
-    """Import a module of this package, and say what to install where something is missing.
-
-    Raises
-    ------
-    ImportError
-        A package of the extra ``chamber`` is not installed.
-    """
-    try:
-        return importlib.import_module(f"{__name__}.{module}")
-    except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("pinchoff"):
-            raise
-        raise ImportError(
-            f"{error.name}, which the chamber needs, must be installed; got nothing; install it "
-            "with: pip install 'pinchoff[chamber]'"
-        ) from error
 
 
 def __dir__() -> list[str]:

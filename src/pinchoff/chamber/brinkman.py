@@ -5,7 +5,8 @@ The Hele-Shaw equation with Brinkman's term,
 .. math:: -\frac{12\mu}{z^2}\,\mathbf u + \mu\nabla^2\mathbf u - \nabla p = 0, \qquad
           \nabla\cdot\mathbf u = s,
 
-where s is what ports bring in or take out. Taylor and Hood's elements (velocity quadratic, pressure
+where s is what ports bring in or take out; in a cell that repeats itself a mean pressure gradient
+drives the flow instead. Taylor and Hood's elements (velocity quadratic, pressure
 linear) on triangles; MINRES, preconditioned with a few Chebyshev steps for the velocity and, for
 the pressure, with the sum of inverses of Cahouet and Chabard (Int. J. Numer. Meth. Fluids 8, 1988).
 The number of iterations hardly grows with the mesh, and memory in proportion to it.
@@ -14,7 +15,7 @@ The number of iterations hardly grows with the mesh, and memory in proportion to
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
+from pinchoff.chamber.cell_mesh import PeriodicMesh
 from pinchoff.chamber.mesh import Floats, Integers, TriangleMesh
 
 if TYPE_CHECKING:
@@ -30,7 +32,9 @@ if TYPE_CHECKING:
 _CHEBYSHEV_STEPS = 6
 _CHEBYSHEV_SPAN = 40.0  # of the eigenvalues that the Chebyshev steps damp evenly
 _POWER_STEPS, _POWER_MARGIN = 20, 1.15  # of the estimate of the greatest eigenvalue
-_TOLERANCE = 1e-9  # velocities are then right to 1e-4 of the greatest
+TOLERANCE = 1e-9
+"""Residual at which the iteration ends: velocities are then right to 1e-4 of the greatest."""
+
 _MOST_ITERATIONS = 2000
 
 
@@ -47,6 +51,8 @@ class Field:
         Over the viscosity: unit of velocity per µm.
     nodes_of : ndarray, shape (6, triangles)
         Rows of `velocity` of each triangle: corners, then the edges 01, 12, 02.
+    corners_of : ndarray, shape (3, triangles)
+        Rows of the mesh's points of each triangle.
     iterations : int
         How many MINRES took.
     reactions : ndarray, shape (nodes + edges, 2)
@@ -57,8 +63,18 @@ class Field:
     velocity: Floats
     pressure: Floats
     nodes_of: Integers
+    corners_of: Integers
     iterations: int
     reactions: Floats
+
+    def scaled(self, factor: float) -> Field:
+        """Return the flow that is so many times as fast."""
+        return replace(
+            self,
+            velocity=factor * self.velocity,
+            pressure=factor * self.pressure,
+            reactions=factor * self.reactions,
+        )
 
     def at(self, points: Floats) -> Floats:
         """Return the velocity at points, shape (n, 2): zero outside the fluid."""
@@ -81,7 +97,7 @@ class Field:
         return values
 
     def _barycentric(self, points: Floats, triangle: Integers) -> Floats:
-        a, b, c = self.mesh.points[self.nodes_of[:3, triangle]]
+        a, b, c = self.mesh.points[self.corners_of[:, triangle]]
         to_b, to_c, to = b - a, c - a, points - a
         whole = to_b[:, 0] * to_c[:, 1] - to_b[:, 1] * to_c[:, 0]
         second = (to[:, 0] * to_c[:, 1] - to[:, 1] * to_c[:, 0]) / whole
@@ -118,11 +134,13 @@ class _System:
     momentum: Any  # of one component, (n, n)
     divergence: tuple[Any, Any]  # of the components, (m, n)
     source: Floats  # (m,)
+    weight: Floats  # the integral of each shape function of the velocity, (n,)
     pressure_mass: Floats  # lumped, (m,)
     pressure_stiffness: Any  # (m, m)
     nodes: Floats  # where the velocity's degrees of freedom sit, (n, 2)
     wall: Integers
     nodes_of: Integers
+    corners_of: Integers
 
 
 def solve(
@@ -131,6 +149,8 @@ def solve(
     *,
     sources: Sequence[Source] = (),
     wall_velocity: Callable[[Floats], Floats] | None = None,
+    pressure_gradient: tuple[float, float] = (0.0, 0.0),
+    tolerance: float = TOLERANCE,
     show: Show | None = None,
 ) -> Field:
     """Return the flow in a mesh.
@@ -144,6 +164,10 @@ def solve(
         Where fluid comes in and goes out; their rates must sum to zero.
     wall_velocity : callable, optional
         Of points (n, 2) on walls, the velocity there (n, 2); zero by default.
+    pressure_gradient : (float, float), optional
+        Mean gradient over the viscosity that drives the flow against it, in a periodic mesh.
+    tolerance : float, optional
+        Residual over the right side at which the iteration ends.
     show : callable, optional
         Called with the number of iterations so far.
 
@@ -156,10 +180,11 @@ def solve(
     velocity = np.zeros((len(system.nodes), 2))
     if wall_velocity is not None:
         velocity[system.wall] = wall_velocity(system.nodes[system.wall])
-    pressure, iterations = _iterate(system, velocity, thickness_um, show)
-    forces = system.momentum @ velocity
+    drive = -np.outer(system.weight, pressure_gradient)
+    pressure, iterations = _iterate(system, velocity, drive, thickness_um, tolerance, show)
+    forces = system.momentum @ velocity - drive
     forces -= np.column_stack([b.T @ pressure for b in system.divergence])
-    return Field(mesh, velocity, pressure, system.nodes_of, iterations, -forces)
+    return Field(mesh, velocity, pressure, system.nodes_of, system.corners_of, iterations, -forces)
 
 
 def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source]) -> _System:
@@ -170,6 +195,7 @@ def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source
     triangulation = MeshTri(mesh.points.T.copy(), mesh.triangles.T.copy())
     quadratic = Basis(triangulation, ElementTriP2(), intorder=4)
     linear = quadratic.with_element(ElementTriP1())
+    wrap = _Wrap.of(mesh, quadratic)
     momentum = BilinearForm(lambda u, v, _: dot(grad(u), grad(v)) + friction * u * v)
     divergence = [BilinearForm(lambda u, q, _, k=k: grad(u)[k] * q) for k in range(2)]
     stiffness = BilinearForm(lambda p, q, _: dot(grad(p), grad(q)))
@@ -178,19 +204,80 @@ def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source
         form = LinearForm(lambda q, w, s=source: _within(s, w.x) * q)
         part = form.assemble(linear)
         inflow += part * (source.rate / part.sum())  # quadrature sees its edge only roughly
+    linear_weight = LinearForm(lambda q, _: 1.0 * q).assemble(linear)
     return _System(
-        momentum=momentum.assemble(quadratic).tocsr(),
+        momentum=wrap.matrix(momentum.assemble(quadratic), wrap.nodes, wrap.nodes).tocsr(),
         divergence=(
-            divergence[0].assemble(quadratic, linear).tocsr(),
-            divergence[1].assemble(quadratic, linear).tocsr(),
+            wrap.matrix(divergence[0].assemble(quadratic, linear), wrap.corners, wrap.nodes),
+            wrap.matrix(divergence[1].assemble(quadratic, linear), wrap.corners, wrap.nodes),
         ),
-        source=inflow,
-        pressure_mass=LinearForm(lambda q, _: 1.0 * q).assemble(linear),
-        pressure_stiffness=stiffness.assemble(linear).tocsc(),
-        nodes=quadratic.doflocs.T,
-        wall=quadratic.get_dofs().all(),
-        nodes_of=quadratic.element_dofs,
+        source=wrap.vector(inflow, wrap.corners),
+        weight=wrap.vector(LinearForm(lambda v, _: 1.0 * v).assemble(quadratic), wrap.nodes),
+        pressure_mass=wrap.vector(linear_weight, wrap.corners),
+        pressure_stiffness=wrap.matrix(
+            stiffness.assemble(linear), wrap.corners, wrap.corners
+        ).tocsc(),
+        nodes=wrap.places(quadratic.doflocs.T),
+        wall=wrap.wall,
+        nodes_of=wrap.nodes[quadratic.element_dofs],
+        corners_of=triangulation.t,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Wrap:
+    """Which degrees of freedom of a mesh are one and the same: images, in a periodic mesh.
+
+    Attributes
+    ----------
+    nodes, corners : ndarray
+        Number of each degree of freedom of the velocity, and of the pressure.
+    wall : ndarray
+        Numbers of the velocity's degrees of freedom on walls.
+    """
+
+    nodes: Integers
+    corners: Integers
+    wall: Integers
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, quadratic: Any) -> _Wrap:
+        if not isinstance(mesh, PeriodicMesh):
+            every = np.arange(quadratic.N)
+            return cls(every, np.arange(len(mesh.points)), quadratic.get_dofs().all())
+        _, corners = np.unique(mesh.representative, return_inverse=True)
+        # An edge is known by its two ends; one with a single triangle lies on a pillar.
+        of_triangle = corners[quadratic.mesh.t]
+        ends = np.stack([of_triangle[[0, 1]], of_triangle[[1, 2]], of_triangle[[0, 2]]])
+        edges, number, count = np.unique(
+            np.sort(ends, axis=1).transpose(0, 2, 1).reshape(-1, 2),
+            axis=0,
+            return_inverse=True,
+            return_counts=True,
+        )
+        first_edge = int(corners.max()) + 1
+        nodes = np.empty(quadratic.N, dtype=np.int64)
+        nodes[quadratic.element_dofs[:3]] = of_triangle
+        nodes[quadratic.element_dofs[3:]] = first_edge + number.reshape(3, -1)
+        on_wall = np.flatnonzero(count == 1)
+        wall = np.union1d(edges[on_wall].ravel(), first_edge + on_wall)
+        return cls(nodes, corners, wall)
+
+    def matrix(self, matrix: Any, rows: Integers, columns: Integers) -> Any:
+        """Return a matrix with the rows and the columns of images added up."""
+        found = matrix.tocoo()
+        shape = (int(rows.max()) + 1, int(columns.max()) + 1)
+        return sparse.csr_matrix((found.data, (rows[found.row], columns[found.col])), shape)
+
+    def vector(self, vector: Floats, numbers: Integers) -> Floats:
+        """Return a vector with the entries of images added up."""
+        return np.asarray(np.bincount(numbers, vector), dtype=np.float64)
+
+    def places(self, places: Floats) -> Floats:
+        """Return where the velocity's degrees of freedom sit: one of the images of each."""
+        chosen = np.empty((int(self.nodes.max()) + 1, 2))
+        chosen[self.nodes] = places
+        return chosen
 
 
 def _within(source: Source, x: Floats) -> Floats:
@@ -199,7 +286,12 @@ def _within(source: Source, x: Floats) -> Floats:
 
 
 def _iterate(
-    system: _System, velocity: Floats, thickness_um: float, show: Show | None
+    system: _System,
+    velocity: Floats,
+    drive: Floats,
+    thickness_um: float,
+    tolerance: float,
+    show: Show | None,
 ) -> tuple[Floats, int]:
     """Solve for the velocity off the walls, in place, and return the pressure."""
     inner = np.setdiff1d(np.arange(len(velocity)), system.wall, assume_unique=True)
@@ -207,7 +299,7 @@ def _iterate(
     b = [each[:, inner] for each in system.divergence]
     known = system.momentum[inner] @ velocity  # of the walls' velocity alone
     leaving = sum(each @ velocity[:, k] for k, each in enumerate(system.divergence))
-    right = np.concatenate([-known.ravel(), leaving - system.source])
+    right = np.concatenate([(drive[inner] - known).ravel(), leaving - system.source])
     for_velocity = _chebyshev(momentum)
     for_pressure = _cahouet_chabard(system, thickness_um)
     n = len(inner)
@@ -227,7 +319,7 @@ def _iterate(
     x, failed = linalg.minres(
         linalg.LinearOperator((right.size, right.size), _saddle_point(momentum, b)),
         right,
-        rtol=_TOLERANCE,
+        rtol=tolerance,
         maxiter=_MOST_ITERATIONS,
         M=linalg.LinearOperator((right.size, right.size), precondition),
         callback=counted,

@@ -16,12 +16,14 @@ from shapely import LineString, Point
 from pinchoff.chamber.brinkman import Field, Source, solve
 from pinchoff.chamber.mesh import Floats, build_mesh, wall_size
 from pinchoff.support.errors import InputError
+from pinchoff.support.quantities import capillary_number, reynolds_number
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.design import Chamber
-    from pinchoff.chamber.layout import Pillar, Port
+    from pinchoff.chamber.layout import Port
+    from pinchoff.chamber.pillars import Pillar
     from pinchoff.support.progress import Show
 
 PAPER_OIL_RATES_UL_MIN = (20.0, 40.0, 60.0)
@@ -252,7 +254,7 @@ def _summary(check: FlowCheck) -> dict[str, float]:
     ports = chamber.layout.ports
     inlets = np.array([[ports[name].x_um, ports[name].y_um] for name in ("oil", "water")])
     oil, water = check.pressure_Pa(inlets)
-    ca = operation.viscosity_mPa_s * speed / operation.surface_tension_mN_m * 1e-3
+    ca = capillary_number(operation.viscosity_mPa_s, speed, operation.surface_tension_mN_m)
     gap = narrowest_gap(chamber)
     return {
         "imaging_speed_mm_s": speed,
@@ -264,8 +266,13 @@ def _summary(check: FlowCheck) -> dict[str, float]:
         "droplet_channel_share": central / check.flow_rate_uL_min(middle, -1e5, 1e5),
         "pressure_drop_Pa": float(oil),
         "pressure_drop_water_Pa": float(water),
-        "capillary_number": ca,
-        "reynolds_number": _reynolds(chamber, speed),
+        "capillary_number": float(ca),
+        "reynolds_number": reynolds_number(
+            operation.density_kg_m3,
+            speed,
+            chamber.imaging.obstacle_radius_um,
+            operation.viscosity_mPa_s,
+        ),
         "mass_error": _mass_error(check),
         "narrowest_gap_um": gap.width_um,
         "elements_across_gap": _elements_across(check, gap),
@@ -273,13 +280,6 @@ def _summary(check: FlowCheck) -> dict[str, float]:
         "iterations": float(check.field.iterations),
         "seconds": round(check.seconds, 3),
     }
-
-
-def _reynolds(chamber: Chamber, speed_mm_s: float) -> float:
-    """Re = ρ v R/μ [paper, section 2]; 1 kg/m³ mm/s µm/(mPa s) is 1e-6."""
-    operation = chamber.operation
-    radius = chamber.imaging.obstacle_radius_um
-    return operation.density_kg_m3 * speed_mm_s * radius / operation.viscosity_mPa_s * 1e-6
 
 
 def _spread(speeds: Floats, parts: int, axis: int) -> float:

@@ -17,7 +17,8 @@ from shapely import MultiPolygon, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.marks import build_marks
-from pinchoff.chamber.parameters import FLANK_SHARE
+from pinchoff.chamber.parts import FLANK_SHARE
+from pinchoff.chamber.pillars import Pillar
 from pinchoff.chamber.shapes import (
     channel,
     disc,
@@ -31,19 +32,10 @@ from pinchoff.chamber.shapes import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.device import Device
 
 REGIONS = ("inlets", "junction", "oil_inputs", "expansion", "supports", "imaging", "exit")
 """Regions 1 to 7 of appendix A, by the names of their parameters."""
-
-
-class Pillar(NamedTuple):
-    """A round pillar, µm, and the region that it stands in."""
-
-    x_um: float
-    y_um: float
-    radius_um: float
-    region: str
 
 
 class Port(NamedTuple):
@@ -116,37 +108,37 @@ class Layout:
         return [disc(p.x_um, p.y_um, p.radius_um, self.tolerance_um) for p in self.pillars]
 
 
-def build_layout(chamber: Chamber) -> Layout:
+def build_layout(device: Device) -> Layout:
     """Return the geometry of a device."""
-    stations = _stations(chamber)
-    ports = _ports(chamber, stations)
-    tolerance = chamber.mask.chord_tolerance_um
-    body, zones = _body(chamber, stations, ports), _zones(chamber, stations)
-    pillars = _pillars(chamber, stations, zones)
+    stations = _stations(device)
+    ports = _ports(device, stations)
+    tolerance = device.mask.chord_tolerance_um
+    body, zones = _body(device, stations, ports), _zones(device, stations)
+    pillars = _pillars(device, stations, zones)
     solid = shapely.union_all([disc(*p[:3], tolerance) for p in pillars])
     walls = {name: on_grid(shapely.intersection(body, zones[name])) for name in REGIONS}
     regions = {name: on_grid(shapely.difference(walls[name], solid)) for name in REGIONS}
     left, low, right, high = body.bounds
-    margin = chamber.mask.margin_um
+    margin = device.mask.margin_um
     outline = box(left - margin, low - margin, right + margin, high + margin)
-    marks = build_marks(chamber, outline)
+    marks = build_marks(device, outline)
     return Layout(regions, walls, pillars, ports, marks, outline, stations, tolerance)
 
 
-def _stations(chamber: Chamber) -> Stations:
-    inlets, junction, expansion = chamber.inlets, chamber.junction, chamber.expansion
+def _stations(device: Device) -> Stations:
+    inlets, junction, expansion = device.inlets, device.junction, device.expansion
     port = inlets.port_diameter_um
     oil_trap = port + inlets.trap_length_um
     arms = oil_trap + inlets.arm_width_um / 2
     water_port = arms + inlets.arm_width_um / 2 + inlets.wall_um + port / 2
     water_trap = water_port + port / 2 + inlets.trap_length_um
-    funnel = (_trap_width(chamber) - junction.water_width_um) / 2
+    funnel = (_trap_width(device) - junction.water_width_um) / 2
     cross = water_trap + funnel + inlets.wall_um + junction.cross_width_um / 2
     behind = cross + junction.cross_width_um / 2
     straight = behind + inlets.wall_um + expansion.length_um
     imaging = straight + expansion.straight_um
-    leaving = imaging + chamber.imaging.columns * chamber.imaging.pitch_um
-    outlet = leaving + chamber.exit.length_um
+    leaving = imaging + device.imaging.columns * device.imaging.pitch_um
+    outlet = leaving + device.exit.length_um
     return Stations(
         oil_trap=oil_trap,
         arms=arms,
@@ -159,62 +151,62 @@ def _stations(chamber: Chamber) -> Stations:
         imaging=imaging,
         exit=leaving,
         outlet=outlet,
-        end=outlet + chamber.exit.port_diameter_um / 2,
+        end=outlet + device.exit.port_diameter_um / 2,
     )
 
 
-def _trap_width(chamber: Chamber) -> float:
+def _trap_width(device: Device) -> float:
     """Width of a field of posts: about the port's, but a whole number of posts and gaps."""
-    inlets = chamber.inlets
+    inlets = device.inlets
     pitch = inlets.post_diameter_um + inlets.post_gap_um
     posts = max(1, int((inlets.port_diameter_um - inlets.post_gap_um) / pitch))
     return posts * pitch + inlets.post_gap_um
 
 
-def _arm_y(chamber: Chamber) -> float:
+def _arm_y(device: Device) -> float:
     """Middle of an oil channel that passes the water inlet."""
-    inlets = chamber.inlets
+    inlets = device.inlets
     return inlets.port_diameter_um / 2 + inlets.wall_um + inlets.arm_width_um / 2
 
 
-def _ports(chamber: Chamber, at: Stations) -> dict[str, Port]:
-    inlet, extra = chamber.inlets.port_diameter_um / 2, chamber.oil_inputs.port_diameter_um / 2
-    outer = _arm_y(chamber) + chamber.inlets.arm_width_um / 2
-    side = outer + chamber.inlets.wall_um + extra
+def _ports(device: Device, at: Stations) -> dict[str, Port]:
+    inlet, extra = device.inlets.port_diameter_um / 2, device.oil_inputs.port_diameter_um / 2
+    outer = _arm_y(device) + device.inlets.arm_width_um / 2
+    side = outer + device.inlets.wall_um + extra
     return {
         "oil": Port(inlet, 0.0, inlet),
         "water": Port(at.water_port, 0.0, inlet),
         "extra_oil_left": Port(at.expansion - extra, side, extra),
         "extra_oil_right": Port(at.expansion - extra, -side, extra),
-        "outlet": Port(at.outlet, 0.0, chamber.exit.port_diameter_um / 2),
+        "outlet": Port(at.outlet, 0.0, device.exit.port_diameter_um / 2),
     }
 
 
-def _body(chamber: Chamber, at: Stations, ports: dict[str, Port]) -> BaseGeometry:
+def _body(device: Device, at: Stations, ports: dict[str, Port]) -> BaseGeometry:
     """Return the fluid as if there were no pillars."""
-    tolerance = chamber.mask.chord_tolerance_um
+    tolerance = device.mask.chord_tolerance_um
     holes = [disc(*port, tolerance) for port in ports.values()]
     return shapely.union_all(
         [
             *holes,
-            *_inlet_shapes(chamber, at, ports),
-            *_junction_shapes(chamber, at),
-            mirrored(_side_shape(chamber, at)),
-            mirrored(_extra_shape(chamber, at, ports["extra_oil_left"])),
-            box(at.imaging, -chamber.width_um / 2, at.exit, chamber.width_um / 2),
-            _exit_shape(chamber, at),
+            *_inlet_shapes(device, at, ports),
+            *_junction_shapes(device, at),
+            mirrored(_side_shape(device, at)),
+            mirrored(_extra_shape(device, at, ports["extra_oil_left"])),
+            box(at.imaging, -device.width_um / 2, at.exit, device.width_um / 2),
+            _exit_shape(device, at),
         ]
     )
 
 
-def _inlet_shapes(chamber: Chamber, at: Stations, ports: dict[str, Port]) -> list[BaseGeometry]:
-    half, water = _trap_width(chamber) / 2, chamber.junction.water_width_um / 2
-    y, tolerance = _arm_y(chamber), chamber.mask.chord_tolerance_um
+def _inlet_shapes(device: Device, at: Stations, ports: dict[str, Port]) -> list[BaseGeometry]:
+    half, water = _trap_width(device) / 2, device.junction.water_width_um / 2
+    y, tolerance = _arm_y(device), device.mask.chord_tolerance_um
     arms = [(at.expansion, y), (at.arms, y), (at.arms, -y), (at.expansion, -y)]
     funnel = at.water_trap + half - water
     return [
         box(ports["oil"].x_um, -half, at.arms, half),
-        channel(arms, chamber.inlets.arm_width_um, tolerance),
+        channel(arms, device.inlets.arm_width_um, tolerance),
         box(at.water_port, -half, at.water_trap, half),
         Polygon(
             [
@@ -228,8 +220,8 @@ def _inlet_shapes(chamber: Chamber, at: Stations, ports: dict[str, Port]) -> lis
     ]
 
 
-def _junction_shapes(chamber: Chamber, at: Stations) -> list[BaseGeometry]:
-    junction, y = chamber.junction, _arm_y(chamber)
+def _junction_shapes(device: Device, at: Stations) -> list[BaseGeometry]:
+    junction, y = device.junction, _arm_y(device)
     cross, orifice = junction.cross_width_um / 2, junction.orifice_width_um / 2
     half = junction.channel_width_um / 2
     taper = at.channel - junction.taper_length_um
@@ -241,11 +233,11 @@ def _junction_shapes(chamber: Chamber, at: Stations) -> list[BaseGeometry]:
     ]
 
 
-def _side_shape(chamber: Chamber, at: Stations) -> Polygon:
+def _side_shape(device: Device, at: Stations) -> Polygon:
     """Return the side channel at y > 0, from where it widens to the imaging area."""
-    y, half = _arm_y(chamber), chamber.inlets.arm_width_um / 2
-    inner = chamber.junction.channel_width_um / 2 + chamber.expansion.divider_um
-    outer = chamber.width_um / 2
+    y, half = _arm_y(device), device.inlets.arm_width_um / 2
+    inner = device.junction.channel_width_um / 2 + device.expansion.divider_um
+    outer = device.width_um / 2
     return Polygon(
         [
             (at.expansion, y - half),
@@ -258,27 +250,27 @@ def _side_shape(chamber: Chamber, at: Stations) -> Polygon:
     )
 
 
-def _extra_shape(chamber: Chamber, at: Stations, port: Port) -> BaseGeometry:
+def _extra_shape(device: Device, at: Stations, port: Port) -> BaseGeometry:
     """Return the channel from an extra oil inlet to where it meets the wall that widens."""
-    half = chamber.oil_inputs.channel_width_um / 2
-    narrow = _arm_y(chamber) + chamber.inlets.arm_width_um / 2
-    slope = chamber.expansion.length_um / (chamber.width_um / 2 - narrow)
+    half = device.oil_inputs.channel_width_um / 2
+    narrow = _arm_y(device) + device.inlets.arm_width_um / 2
+    slope = device.expansion.length_um / (device.width_um / 2 - narrow)
     meets = at.expansion + slope * (port.y_um + half - narrow)
     return box(port.x_um, port.y_um - half, meets, port.y_um + half)
 
 
-def _exit_shape(chamber: Chamber, at: Stations) -> Polygon:
-    wide, narrow = chamber.width_um / 2, chamber.exit.width_um / 2
+def _exit_shape(device: Device, at: Stations) -> Polygon:
+    wide, narrow = device.width_um / 2, device.exit.width_um / 2
     return Polygon([(at.exit, -wide), (at.outlet, -narrow), (at.outlet, narrow), (at.exit, wide)])
 
 
-def _zones(chamber: Chamber, at: Stations) -> dict[str, BaseGeometry]:
+def _zones(device: Device, at: Stations) -> dict[str, BaseGeometry]:
     """Return shapes that divide the plane, where there is fluid, into the regions."""
-    far = 2 * (at.end + chamber.width_um)
-    half = chamber.junction.channel_width_um / 2
-    area = chamber.imaging.rows * chamber.imaging.pitch_um / 2
-    outer = _arm_y(chamber) + chamber.inlets.arm_width_um / 2
-    side = mirrored(_side_shape(chamber, at))
+    far = 2 * (at.end + device.width_um)
+    half = device.junction.channel_width_um / 2
+    area = device.imaging.rows * device.imaging.pitch_um / 2
+    outer = _arm_y(device) + device.inlets.arm_width_um / 2
+    side = mirrored(_side_shape(device, at))
     taper = shapely.intersection(side, box(-far, -far, at.straight, far))
     inlets = box(-far, -outer, at.water_trap, outer)
     junction = shapely.union(
@@ -298,14 +290,14 @@ def _zones(chamber: Chamber, at: Stations) -> dict[str, BaseGeometry]:
     }
 
 
-def _pillars(chamber: Chamber, at: Stations, zones: dict[str, BaseGeometry]) -> list[Pillar]:
-    radius = chamber.imaging.obstacle_radius_um
-    structural = chamber.supports.radius_um
+def _pillars(device: Device, at: Stations, zones: dict[str, BaseGeometry]) -> list[Pillar]:
+    radius = device.imaging.obstacle_radius_um
+    structural = device.supports.radius_um
     groups = (
-        ("inlets", _posts(chamber, at), chamber.inlets.post_diameter_um / 2),
-        ("imaging", _obstacles(chamber, at, zones["imaging"]), radius),
-        ("exit", _exit_obstacles(chamber, at), radius),
-        ("supports", _supports(chamber, at), structural),
+        ("inlets", _posts(device, at), device.inlets.post_diameter_um / 2),
+        ("imaging", _obstacles(device, at, zones["imaging"]), radius),
+        ("exit", _exit_obstacles(device, at), radius),
+        ("supports", _supports(device, at), structural),
     )
     pillars = [
         Pillar(x, y, size, name)
@@ -319,11 +311,11 @@ def _pillars(chamber: Chamber, at: Stations, zones: dict[str, BaseGeometry]) -> 
     return sorted(named, key=lambda p: (REGIONS.index(p.region), p.x_um, p.y_um))
 
 
-def _posts(chamber: Chamber, at: Stations) -> NDArray[np.float64]:
+def _posts(device: Device, at: Stations) -> NDArray[np.float64]:
     """Return where posts stand behind the oil and the water port."""
-    inlets = chamber.inlets
+    inlets = device.inlets
     pitch = inlets.post_diameter_um + inlets.post_gap_um
-    across = _trap_width(chamber)
+    across = _trap_width(device)
     count = round((across - inlets.post_gap_um) / pitch)
     spacing = pitch * math.sqrt(3) / 2
     fields = []
@@ -336,42 +328,42 @@ def _posts(chamber: Chamber, at: Stations) -> NDArray[np.float64]:
     return np.concatenate(fields)
 
 
-def _obstacles(chamber: Chamber, at: Stations, area: BaseGeometry) -> NDArray[np.float64]:
+def _obstacles(device: Device, at: Stations, area: BaseGeometry) -> NDArray[np.float64]:
     """Return the lattice of the imaging area, without what its edge would cut."""
-    imaging = chamber.imaging
+    imaging = device.imaging
     x = at.imaging + (np.arange(imaging.columns) + 0.5) * imaging.pitch_um
     points = staggered(x, imaging.pitch_um, imaging.rows, imaging.stagger)
-    return inside(points, area.buffer(-imaging.obstacle_radius_um - chamber.least_gap_um / 2))
+    return inside(points, area.buffer(-imaging.obstacle_radius_um - device.least_gap_um / 2))
 
 
-def _exit_obstacles(chamber: Chamber, at: Stations) -> NDArray[np.float64]:
+def _exit_obstacles(device: Device, at: Stations) -> NDArray[np.float64]:
     """Return where the lattice goes on between the walls that converge."""
-    imaging = chamber.imaging
-    count = math.ceil(chamber.width_um / imaging.pitch_um) + 1
+    imaging = device.imaging
+    count = math.ceil(device.width_um / imaging.pitch_um) + 1
     count += (count - imaging.rows) % 2  # so that rows go on as rows
-    columns = math.ceil(chamber.exit.length_um / imaging.pitch_um)
+    columns = math.ceil(device.exit.length_um / imaging.pitch_um)
     first = imaging.columns % 2
     x = at.exit + (np.arange(-first, columns) + 0.5) * imaging.pitch_um
     points = staggered(x, imaging.pitch_um, count, imaging.stagger)
-    before = box(at.exit - imaging.pitch_um, -chamber.width_um / 2, at.exit, chamber.width_um / 2)
-    walls = shapely.union(before, _exit_shape(chamber, at))
+    before = box(at.exit - imaging.pitch_um, -device.width_um / 2, at.exit, device.width_um / 2)
+    walls = shapely.union(before, _exit_shape(device, at))
     kept = inside(points, walls.buffer(-imaging.pitch_um / 3, join_style="mitre"))
     return kept[kept[:, 0] > at.exit]
 
 
-def _supports(chamber: Chamber, at: Stations) -> NDArray[np.float64]:
+def _supports(device: Device, at: Stations) -> NDArray[np.float64]:
     """Return where structural pillars stand: a lattice before the imaging area, rows beside it."""
-    pitch, flank = chamber.supports.pitch_um, chamber.supports.flank_um
-    side = _side_shape(chamber, at)
-    count = 2 * math.ceil(chamber.width_um / 2 / pitch) + 1
+    pitch, flank = device.supports.pitch_um, device.supports.flank_um
+    side = _side_shape(device, at)
+    count = 2 * math.ceil(device.width_um / 2 / pitch) + 1
     columns = int((at.imaging - at.expansion) / pitch)
     x = at.imaging - (np.arange(columns) + 0.5) * pitch
     lattice = staggered(x, pitch, count, 0.5)
-    room = side.buffer(-chamber.supports.radius_um - pitch / 5, join_style="mitre")
+    room = side.buffer(-device.supports.radius_um - pitch / 5, join_style="mitre")
     before = inside(lattice, room)
     columns = int((at.exit - at.imaging) / pitch)
     x = (at.imaging + at.exit) / 2 + (np.arange(columns) - (columns - 1) / 2) * pitch
-    middle = chamber.width_um / 2 - (1.0 - FLANK_SHARE) * flank
+    middle = device.width_um / 2 - (1.0 - FLANK_SHARE) * flank
     # Nearer to the imaging area, where the lattice leaves room at its edge.
     beside = np.column_stack([x, np.full(columns, middle)])
     left = np.concatenate([before, beside])

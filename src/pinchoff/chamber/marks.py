@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from pinchoff.chamber.shapes import on_grid
 
 if TYPE_CHECKING:
-    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.device import Device
 
 _ARM_UM = 300.0  # of an alignment cross, from its middle
 _CROSS_UM = 50.0  # width of an arm
@@ -22,10 +22,10 @@ _TEXT_UM = 350.0
 _EDGE_UM = 50.0
 
 
-def build_marks(chamber: Chamber, outline: Polygon) -> dict[str, MultiPolygon]:
+def build_marks(device: Device, outline: Polygon) -> dict[str, MultiPolygon]:
     """Return the marks by name, µm: ``alignment``, ``scale_bar``, ``label`` and ``chip_edge``."""
     left, low, right, high = outline.bounds
-    inset = chamber.mask.margin_um / 2
+    inset = device.mask.margin_um / 2
     corners = [(x, y) for x in (left + inset, right - inset) for y in (low + inset, high - inset)]
     start, base = left + 2 * inset, low + inset - _TEXT_UM / 2
     bar = box(right - 2 * inset - _BAR_UM, base, right - 2 * inset, base + _BAR_HEIGHT_UM)
@@ -34,16 +34,16 @@ def build_marks(chamber: Chamber, outline: Polygon) -> dict[str, MultiPolygon]:
     return {
         "alignment": on_grid(shapely.union_all([_cross(x, y) for x, y in corners])),
         "scale_bar": on_grid(shapely.union(bar, length)),
-        "label": on_grid(_text(label_of(chamber), start, base)),
+        "label": on_grid(_text(label_of(device), start, base)),
         "chip_edge": on_grid(edge),
     }
 
 
-def label_of(chamber: Chamber) -> str:
+def label_of(device: Device) -> str:
     """Return what is written on the chip."""
-    if chamber.mask.label is not None:
-        return chamber.mask.label
-    return f"pinchoff R={chamber.imaging.obstacle_radius_um:g} z={chamber.thickness_um:g} um"
+    if device.mask.label is not None:
+        return device.mask.label
+    return f"pinchoff R={device.imaging.obstacle_radius_um:g} z={device.thickness_um:g} um"
 
 
 def _cross(x_um: float, y_um: float) -> BaseGeometry:

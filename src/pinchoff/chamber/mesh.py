@@ -87,7 +87,7 @@ class TriangleMesh:
         return np.asarray(np.degrees(np.min(angles, axis=0)))
 
 
-def wall_size(gap_um: float, elements: int, growth: float = GROWTH) -> float:
+def wall_size(gap_um: float, elements: float, growth: float = GROWTH) -> float:
     """Return the size at the walls with which so many elements span a gap.
 
     With h = h_w + G d, half a gap g holds ln(1 + G g / 2 h_w) / G elements.

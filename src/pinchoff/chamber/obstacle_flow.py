@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.chamber.flow_check import FlowCheck
-    from pinchoff.chamber.layout import Pillar
+    from pinchoff.chamber.pillars import Pillar
 
 NODES_PER_RADIUS = 12.0
 """Nodes at least of the sampled flow across the obstacle's radius."""
@@ -131,7 +131,7 @@ def collision_parameters(check: FlowCheck, obstacle: Pillar, offset: float) -> P
     return Parameters.of_scale(
         scale,
         offset_um=offset * operation.droplet_diameter_um,
-        start_distance=_start_distance(check, obstacle),
+        start_distance=start_distance(check, obstacle),
     )
 
 
@@ -190,7 +190,7 @@ def _said(collision: Collision, line: Boundary) -> dict[str, Any]:
     }
 
 
-def _start_distance(check: FlowCheck, obstacle: Pillar) -> float:
+def start_distance(check: FlowCheck, obstacle: Pillar) -> float:
     """Return how far upstream a head-on droplet can start with its way clear of solids, D0.
 
     Raises

@@ -1,49 +1,27 @@
-"""Where the pillars stand: in the design, and in a microscope's frame.
-
-Design, synthetic film and analysis take the positions from here, so that they agree.
-"""
+"""Where the pillars of a design stand in a microscope's frame."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import finite_or_nan
 from pinchoff.support.errors import InputError
+from pinchoff.support.paper_constants import PIXEL_SIZE_UM
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.design import Chamber
-    from pinchoff.chamber.layout import Layout
-
-PAPER_PIXEL_SIZE_UM = 5.28
-"""Of the paper's camera [section 2], µm."""
 
 PAPER_FRAME_PX = (640, 512)
 """Width and height of the paper's frames [section 2]."""
-
-
-def pillar_table(layout: Layout) -> pd.DataFrame:
-    """Return every pillar in the design's coordinates.
-
-    Returns
-    -------
-    DataFrame
-        ``obstacle_x_um``, ``obstacle_y_um``, ``obstacle_radius_um`` and ``region``.
-    """
-    import pandas as pd
-
-    columns = ["obstacle_x_um", "obstacle_y_um", "obstacle_radius_um", "region"]
-    table = pd.DataFrame(layout.pillars, columns=columns)
-    table.attrs["units"] = dict.fromkeys(columns[:3], "µm")
-    return table
 
 
 def in_frame(
     chamber: Chamber,
     *,
     centre_um: tuple[float, float] | None = None,
-    pixel_size_um: float = PAPER_PIXEL_SIZE_UM,
+    pixel_size_um: float = PIXEL_SIZE_UM,
     frame_px: tuple[int, int] = PAPER_FRAME_PX,
 ) -> pd.DataFrame:
     """Return the pillars that a frame shows, where it shows them.
@@ -78,7 +56,7 @@ def in_frame(
     width, height = (_pixels(each) for each in frame_px)
     at = chamber.layout.stations
     x, y = ((at.imaging + at.exit) / 2, 0.0) if centre_um is None else map(_place, centre_um)
-    table = pillar_table(chamber.layout)
+    table = chamber.obstacles
     table["obstacle_x_um"] += (width - 1) / 2 * pixel_size_um - x
     table["obstacle_y_um"] = (height - 1) / 2 * pixel_size_um - (table["obstacle_y_um"] - y)
     radius = table["obstacle_radius_um"]

@@ -19,6 +19,7 @@ from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
+from pinchoff.cli.options import RENAMED
 from pinchoff.cli.reproduce import reproduce
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
@@ -80,7 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : sequence of str, optional
         What stands behind ``pinchoff``; by default the process's own arguments.
     """
-    given = (sys.argv[1:] if arguments is None else list(arguments)) or ["--help"]
+    typed = sys.argv[1:] if arguments is None else list(arguments)
+    given = [_by_its_name(text) for text in typed] or ["--help"]
     _never_fail_on_letters()
     try:
         code = app(given, prog_name="pinchoff", standalone_mode=False)
@@ -95,6 +97,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if code == _INTERRUPTED:
         return _failed("interrupted", 1)
     return code if isinstance(code, int) else 0
+
+
+def _by_its_name(text: str) -> str:
+    """Return an option under the name by which the commands know it."""
+    flag, equals, value = text.partition("=")
+    return RENAMED.get(flag, flag) + equals + value
 
 
 def _never_fail_on_letters() -> None:

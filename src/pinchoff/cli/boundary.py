@@ -10,17 +10,24 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from pinchoff.cli.assignments import read_list, read_pairs
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, configuration, value_of
-from pinchoff.cli.output import json_text
+from pinchoff.cli.options import (
+    CONSTANTS,
+    AsJson,
+    ConfigFile,
+    OutFolder,
+    Overwrite,
+    Preset,
+    configuration,
+    flag_of,
+    named_as_options,
+    option,
+)
+from pinchoff.cli.output import announce, print_table, write_json
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from pinchoff.studies.boundary.fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
@@ -34,53 +41,37 @@ APPENDIX_C = "appendix_c.png"
 _FILES = (TABLE, TABLE_TEXT, RUNS, FIT, LINE, COLLAPSE, APPENDIX_C)
 
 _PAPER_RANGE = "16,20,25,32,40,50,64,80"
-_FLAGS = {"simulation_capillary_number": "--capillary", "size_ratio": "--size-ratio"}
 _SYMBOLS = {"simulation_capillary_number": "Ca_sim", "size_ratio": "D0/R", "line_tension": "γ̃"}
+_OWN = ("simulation_capillary_number", "size_ratio")  # parameters with an option of their own
 _POINTS = "Points"
 
 
 def boundary(
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="CONFIG.toml", help="What all points share, as for run."),
-    ] = None,
-    preset: Annotated[
-        str | None, typer.Option(help="Model constants by name.", rich_help_panel=_POINTS)
-    ] = None,
-    capillary: Annotated[
-        str,
-        typer.Option(metavar="LIST", help="Values of Ca_sim.", rich_help_panel=_POINTS),
-    ] = _PAPER_RANGE,
+    config: ConfigFile = None,
+    preset: Preset = None,
+    capillary: Annotated[str, option("LIST", "Values of Ca_sim", panel=_POINTS)] = _PAPER_RANGE,
     size_ratio: Annotated[
-        str | None,
-        typer.Option(metavar="LIST", help="Values of D0/R.", rich_help_panel=_POINTS),
+        str | None, option("LIST", "Values of D0/R", default="5.66", panel=_POINTS)
     ] = None,
     constants: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "NAME=LIST",
+            "Values of any other parameter, as line_tension=60,190; may be repeated. "
+            f"NAME is {', '.join(CONSTANTS)}",
             "--set",
-            metavar="NAME=LIST",
-            help="Values of any other parameter, as line_tension=60,190; may be repeated.",
-            rich_help_panel=_POINTS,
+            panel=_POINTS,
         ),
     ] = None,
     width: Annotated[
-        str,
-        typer.Option(
-            metavar="NUMBER", help="Largest width of a bracket, in S.", rich_help_panel=_POINTS
-        ),
+        str, option("NUMBER", "Largest width of a bracket, in S", panel=_POINTS)
     ] = "0.005",
     scan: Annotated[
         str,
-        typer.Option(
-            metavar="NUMBER", help="Intervals of the scan over the offset.", rich_help_panel=_POINTS
-        ),
+        option("INTEGER", "Intervals of the scan over the offset", panel=_POINTS),
     ] = "24",
     out: OutFolder = "boundary",
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", metavar="", help="Print fit.json too.", rich_help_panel=OUTPUT),
-    ] = False,
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Find the symmetry at which droplets begin to break.
@@ -103,7 +94,7 @@ def boundary(
 
     pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 --out appendix-c
     """
-    given = {"simulation_capillary_number": capillary, "size_ratio": size_ratio}
+    given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])
     width_number, scan_number = _number("--width", width), _number("--scan", scan)
     if scan_number.is_integer():
@@ -116,35 +107,17 @@ def boundary(
     report, fit = _report(line, time.perf_counter() - started)
     remove_results(folder, _FILES)
     paths = _write(line, fit, report, folder)
-    if as_json:
-        print(json_text(report), end="")
-    else:
-        _print(line, report, fit)
-    for path in paths:
-        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+    announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
 
 
 def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, list[Any]]:
-    lists = {name: _list(_FLAGS[name], text) for name, text in options.items()}
-    for assignment in assignments:
-        name, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (name and equals and text):
-            advice = "write it like line_tension=60,190"
-            raise InputError.of("--set", "NAME=LIST", assignment, advice)
-        if name in _FLAGS:
-            raise InputError.of("--set", "another parameter", name, f"use {_FLAGS[name]}")
-        if name in lists:
-            raise InputError.of(f"--set {name}", "given once", text, "drop one of them")
-        lists[name] = _list(f"--set {name}", text)
+    lists = {name: read_list(flag_of(name), text) for name, text in options.items()}
+    pairs = read_pairs("--set", assignments, "line_tension=60,190", "NAME=LIST")
+    for name, text in pairs.items():
+        if name in _OWN:
+            raise InputError.of("--set", "another parameter", name, f"use {flag_of(name)}")
+        lists[name] = read_list(f"--set {name}", text)
     return lists
-
-
-def _list(place: str, text: str) -> list[Any]:
-    """Read values between commas, as TOML has them or else as bare words."""
-    parts = [part.strip() for part in text.strip().removeprefix("[").removesuffix("]").split(",")]
-    if not all(parts):
-        raise InputError.of(place, "a list of values", repr(text), "write it like 16,20,25")
-    return [value_of(place, part) for part in parts]
 
 
 def _number(flag: str, text: str) -> float:
@@ -161,17 +134,9 @@ def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) 
     """Find the boundary; say on stderr what guards stopped."""
     from pinchoff.studies.boundary.search import boundary as find
 
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            line = find(base, vary, width=width, scan=scan)  # type: ignore[arg-type]
-    except InputError as error:
-        flag = _FLAGS.get(error.argument) or {"width": "--width", "scan": "--scan"}.get(
-            error.argument
-        )
-        if flag is None:
-            raise
-        raise InputError.of(flag, error.rule, error.got, error.advice) from None
+    with named_as_options(*_OWN, "width", "scan"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)
+        line = find(base, vary, width=width, scan=scan)  # type: ignore[arg-type]
     for point, failures in line.failures.groupby("point"):
         low, high = failures["offset"].min(), failures["offset"].max()
         runs = (line.runs["point"] == point).sum()
@@ -226,7 +191,7 @@ def _appendix_c(line: Boundary) -> dict[str, Any] | None:
 
 
 def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:
-    """Write tables, fit and figures, and return the files."""
+    """Write tables, fit and figures, and return their names."""
     from pinchoff.figures import style
     from pinchoff.figures.appendix_c import appendix_c
     from pinchoff.figures.area_collapse import area_collapse
@@ -236,21 +201,18 @@ def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: 
     write_table(line.table, out / TABLE)
     write_table(line.table, out / TABLE_TEXT)
     write_table(line.runs, out / RUNS)
-    with written_aside(out / FIT) as unfinished:
-        unfinished.write_text(json_text(report), encoding="utf-8")
+    write_json(out / FIT, report)
     if line.runs["symmetry"].notna().any():
         style.save(out / LINE, separating_line(line, fit))
     if "fits_free_area_exponent" in report:
         style.save(out / COLLAPSE, area_collapse(line)[0])
     if report.get("appendix_c"):
         style.save(out / APPENDIX_C, appendix_c(line)[0])
-    return [out / name for name in _FILES if (out / name).exists()]
+    return [out / name for name in _FILES]
 
 
 def _print(line: Boundary, report: Mapping[str, Any], fit: LineFit | None) -> None:
-    from rich.console import Console
-
-    Console().print(_printed_table(line))
+    _print_points(line)
     for row in line.table[line.table["status"] == "non-monotonic"].to_dict("records"):
         print(f"point {row['point']}, non-monotonic in S: {row['intervals']}")
     print(fit if fit is not None else report["why_no_fit"])
@@ -269,32 +231,25 @@ def _print(line: Boundary, report: Mapping[str, Any], fit: LineFit | None) -> No
         print("a larger time_limit (--set time_limit=100) shows what becomes of the captured ones")
 
 
-def _printed_table(line: Boundary) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
+def _print_points(line: Boundary) -> None:
     from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 
     names = [str(name) for name in line.table if name in line.varied]
-    shown = Table(box=SIMPLE_HEAD)
-    for head in (
-        *(_SYMBOLS.get(name, name) for name in names),
-        *("Ca Ã z̃", "S unbroken", "S broke", "paper"),
-    ):
-        shown.add_column(head, justify="right")
-    shown.add_column("status", no_wrap=True)
+    symbols = [_SYMBOLS.get(name, name) for name in names]
+    rows = []
     for row in line.table.to_dict("records"):
         control = row["control_parameter"]
         paper = PAPER_SIMULATION_LINE.alpha * control**PAPER_SIMULATION_LINE.beta
+        varied = [row[name] for name in names]
         ends = (row["symmetry_unbroken"], row["symmetry_broke"])
-        shown.add_row(
-            *(
-                f"{row[name]:g}" if isinstance(row[name], float) else str(row[name])
-                for name in names
-            ),
-            f"{control:.4f}",
-            *("" if math.isnan(end) else f"{end:.4f}" for end in ends),
-            f"{paper:.3f}" if paper < 1 else "",
-            row["status"],
+        rows.append(
+            (
+                *(f"{value:g}" if isinstance(value, float) else str(value) for value in varied),
+                f"{control:.4f}",
+                *("" if math.isnan(end) else f"{end:.4f}" for end in ends),
+                f"{paper:.3f}" if paper < 1 else "",
+                row["status"],
+            )
         )
-    return shown
+    headings = (*symbols, "Ca Ã z̃", "S unbroken", "S broke", "paper", "status")
+    print_table(headings, rows, left=(len(headings) - 1,))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,25 +10,37 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, configuration
-from pinchoff.cli.output import json_text, jsonable
+from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    ConfigFile,
+    OutFolder,
+    Preset,
+    StartAnew,
+    configuration,
+    named_as_options,
+    option,
+)
+from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from pinchoff.studies.calibration.fitting import Calibration
     from pinchoff.studies.calibration.targets import Target
 
 RESULT = "calibration.json"
 LINE = "line.png"
 SENSITIVITY = "sensitivity.csv"
+_FILES = (RESULT, LINE, SENSITIVITY, "landscape_*.png", "evaluations.jsonl")
 
 _SEARCH = "Search"
 _FREE = ("edge_stiffness", "neck_thickness")
-_FLAGS = {name: f"--{name}" for name in ("points", "width", "scan", "evaluations", "free", "grid")}
+
+
+def _search(takes: str, meaning: str, panel: str = _SEARCH) -> Any:
+    return option(takes, meaning, panel=panel)
 
 
 def calibrate(
@@ -39,46 +52,30 @@ def calibrate(
             "range of Ca Ã z̃, or a Parquet or CSV file of collisions.",
         ),
     ],
-    config: Annotated[
-        Path | None,
-        typer.Argument(metavar="CONFIG.toml", help="The other constants, as for run."),
-    ] = None,
-    preset: Annotated[
-        str | None, typer.Option(help="The other constants by name.", rich_help_panel=_SEARCH)
-    ] = None,
+    config: ConfigFile = None,
+    preset: Preset = None,
     free: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAME[=LOW,HIGH]",
-            help="A constant to fit: edge_stiffness, neck_separation, neck_thickness, "
-            "line_tension or conversion (c in Ca = c Ca_sim); may be repeated. By default "
-            "edge_stiffness and neck_thickness.",
-            rich_help_panel=_SEARCH,
+        option(
+            "NAME[=LOW,HIGH]",
+            "A constant to fit: edge_stiffness, neck_separation, neck_thickness, "
+            "line_tension or conversion (c in Ca = c Ca_sim); may be repeated",
+            default=" and ".join(_FREE),
+            panel=_SEARCH,
         ),
     ] = None,
-    points: Annotated[int, typer.Option(help="Places in Ca Ã z̃.", rich_help_panel=_SEARCH)] = 6,
-    width: Annotated[
-        float, typer.Option(help="Largest width of a bracket, in S.", rich_help_panel=_SEARCH)
-    ] = 0.005,
-    scan: Annotated[
-        int, typer.Option(help="Intervals of the scan over the offset.", rich_help_panel=_SEARCH)
-    ] = 16,
+    points: Annotated[int, _search("INTEGER", "Places in Ca Ã z̃")] = 6,
+    width: Annotated[float, _search("NUMBER", "Largest width of a bracket, in S")] = 0.005,
+    scan: Annotated[int, _search("INTEGER", "Intervals of the scan over the offset")] = 16,
     evaluations: Annotated[
-        int, typer.Option(help="The most evaluations of the search.", rich_help_panel=_SEARCH)
+        int, _search("INTEGER", "The most evaluations of the search; a search needs about 20")
     ] = 80,
     grid: Annotated[
-        int,
-        typer.Option(
-            help="Values of each constant for the landscapes; 0: none.", rich_help_panel=OUTPUT
-        ),
+        int, _search("INTEGER", "Values of each constant for the landscapes; 0: none", OUTPUT)
     ] = 6,
     out: OutFolder = "calibration",
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", metavar="", help="Print calibration.json alone.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
+    as_json: AsJson = False,
+    overwrite: StartAnew = False,
 ) -> None:
     """Choose constants so that droplets break where a target says.
 
@@ -103,17 +100,14 @@ def calibrate(
     aim, constants = _target(target), _bounds(free or _FREE)
     base, _ = configuration(config, preset)
     prepare_folder(folder)
+    if overwrite:
+        remove_results(folder, _FILES)
     started = time.perf_counter()
     options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
     found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
     report = _report(found, time.perf_counter() - started)
     paths = _write(found, report, folder)
-    if as_json:
-        print(json_text(report), end="")
-        return
-    _print(found, report)
-    for path in paths:
-        print(f"wrote {path}")
+    announce(report, lambda: _print(found, report), paths, as_json=as_json)
 
 
 def _target(text: str) -> Target:
@@ -127,17 +121,13 @@ def _target(text: str) -> Target:
     if numbers and len(numbers) not in (2, 4):
         rule = "a preset, a file, or ALPHA,BETA or ALPHA,BETA,LOW,HIGH"
         raise InputError.of("TARGET", rule, text, "write it like 0.089,-0.72,0.04,0.2")
-    try:
+    line = {name: f"TARGET: {name}" for name in ("alpha", "beta", "control_range")}
+    with named_as_options(target="TARGET", **line):
         if len(numbers) == 2:
             return LineTarget(numbers[0], numbers[1])
         if numbers:
             return LineTarget(numbers[0], numbers[1], (numbers[2], numbers[3]))
         return as_target(text)
-    except InputError as error:
-        if error.argument in ("alpha", "beta", "control_range", "target"):
-            rule = error.rule if error.argument == "target" else f"{error.argument} {error.rule}"
-            raise InputError.of("TARGET", rule, error.got, error.advice) from None
-        raise
 
 
 def _bounds(free: Sequence[str]) -> dict[str, tuple[float, float] | None]:
@@ -164,14 +154,8 @@ def _calibrated(
 ) -> Calibration:
     from pinchoff.studies.calibration.fitting import calibrate as fit
 
-    try:
+    with named_as_options(*(name for name in options if name != "out"), "free"):
         return fit(target, constants, base, **options)
-    except InputError as error:
-        head, _, rest = error.argument.partition("[")
-        if head not in _FLAGS:
-            raise
-        flag = _FLAGS[head] + (f" {rest[1:-2]}" if rest else "")
-        raise InputError.of(flag, error.rule, error.got, error.advice) from None
 
 
 def _report(found: Calibration, seconds: float) -> dict[str, Any]:
@@ -191,23 +175,20 @@ def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Pat
     from pinchoff.studies.calibration.fitting import LOG
 
     paths = [out / RESULT, out / SENSITIVITY, out / LINE]
-    with written_aside(paths[0]) as unfinished:
-        unfinished.write_text(json_text(report), encoding="utf-8")
+    write_json(paths[0], report)
     with written_aside(paths[1]) as unfinished:
         found.sensitivity.to_csv(unfinished, index=False)
     style.save(paths[2], calibrated_line(found))
-    unit = found.parameters.neck_separation_unit
-    said = "/ perimeter" if unit == "perimeter" else r"/ $D_0$"
+    relative = found.parameters.neck_separation_unit == "perimeter"
+    unit = "(perimeter)" if relative else "($D_0$)"
     for surface in found.landscapes:
         paths.append(out / f"landscape_{'_'.join(surface.names)}.png")
         label = found.target.objective_name
-        style.save(paths[-1], objective_landscape(surface, label, said))
+        style.save(paths[-1], objective_landscape(surface, label, unit))
     return [*paths, out / LOG]
 
 
 def _print(found: Calibration, report: Mapping[str, Any]) -> None:
-    from rich.console import Console
-
     start, best = found.start, found.best
     for name, value in best.changes.items():
         bound = ", at its bound" if name in found.at_bound else ""
@@ -217,7 +198,7 @@ def _print(found: Calibration, report: Mapping[str, Any]) -> None:
         f"{report['evaluations']} evaluations in {report['seconds']:.1f} s"
         + ("" if found.converged else "; the search was not at its end, raise --evaluations")
     )
-    Console().print(_sensitivity(found))
+    _print_sensitivity(found)
     c = found.conversion
     if c is None:
         print("conversion: target or simulation have no onset to match")
@@ -226,18 +207,9 @@ def _print(found: Calibration, report: Mapping[str, Any]) -> None:
         print(f"from {c.low:.3g} to {c.high:.3g} over vertex counts, brackets and target")
 
 
-def _sensitivity(found: Calibration) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    shown = Table(box=SIMPLE_HEAD)
-    shown.add_column("constant")
-    for head in ("value", "d ln S_c / d ln constant", "largest"):
-        shown.add_column(head, justify="right")
+def _print_sensitivity(found: Calibration) -> None:
+    rows = []
     for row in found.sensitivity.to_dict("records"):
-        numbers = (row["mean"], row["largest"])
-        said = [
-            "" if number is None or number != number else f"{number:+.2f}" for number in numbers
-        ]
-        shown.add_row(row["constant"], f"{row['value']:.4g}", *said)
-    return shown
+        slopes = [f"{k:+.2f}" if math.isfinite(k) else "" for k in (row["mean"], row["largest"])]
+        rows.append((row["constant"], f"{row['value']:.4g}", *slopes))
+    print_table(("constant", "value", "d ln S_c / d ln constant", "largest"), rows)

@@ -9,11 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.assignments import read_values
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, value_of
-from pinchoff.cli.output import json_text, jsonable
+from pinchoff.cli.options import (
+    AsJson,
+    OutFolder,
+    Overwrite,
+    flag_of,
+    named_as_options,
+    option,
+    switch,
+)
+from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.files import read_toml
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -42,9 +51,9 @@ _RATE_COLUMNS = {
     "reynolds_number": "Re",
     "pressure_drop_Pa": "pressure (Pa)",
 }
-_QUANTITIES = {  # option: its key, and how it is read
-    "--obstacle-radius": ("imaging.obstacle_radius_um", "obstacle_radius"),
-    "--thickness": ("thickness_um", "thickness"),
+_QUANTITIES = {  # the key of each quantity that has an option of its own
+    "obstacle_radius": "imaging.obstacle_radius_um",
+    "thickness": "thickness_um",
 }
 
 
@@ -54,54 +63,38 @@ def chamber(
         typer.Argument(
             metavar="CONFIG.toml",
             help="A table for each part of the device; all may be left out.",
+            show_default=False,
         ),
     ] = None,
     obstacle_radius: Annotated[
         str | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="R of the obstacles, as '60 um'.",
-            rich_help_panel=_DEVICE,
-        ),
+        option("QUANTITY", "R of the obstacles, as '60 um'", default="85 um", panel=_DEVICE),
     ] = None,
     thickness: Annotated[
         str | None,
-        typer.Option(
-            metavar="QUANTITY", help="z of the channels, as '45 um'.", rich_help_panel=_DEVICE
-        ),
+        option("QUANTITY", "z of the channels, as '45 um'", default="85 um", panel=_DEVICE),
     ] = None,
     settings: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "PART.NAME=VALUE",
+            "Any other parameter, as imaging.pitch_um=800; may be repeated. PART is "
+            "inlets, junction, oil_inputs, expansion, supports, imaging, exit, mask, rules or "
+            "operation",
             "--set",
-            metavar="PART.NAME=VALUE",
-            help="Any other parameter, as imaging.pitch_um=800; may be repeated.",
-            rich_help_panel=_DEVICE,
+            panel=_DEVICE,
         ),
     ] = None,
     warn: Annotated[
         bool,
-        typer.Option(
-            "--warn",
-            metavar="",
-            help="Write a design that breaks rules all the same.",
-            rich_help_panel=_DEVICE,
-        ),
+        switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE),
     ] = False,
     flow: Annotated[
         bool,
-        typer.Option(
-            "--flow",
-            metavar="",
-            help="Compute the flow too, and what it makes of a collision.",
-            rich_help_panel=_DEVICE,
-        ),
+        switch("--flow", "Compute the flow and a collision in it; takes a minute", panel=_DEVICE),
     ] = False,
     out: OutFolder = "chamber",
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", metavar="", help="Print design.json too.", rich_help_panel=OUTPUT),
-    ] = False,
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Design the microfluidic device, and check that it can be made and used.
@@ -124,7 +117,7 @@ def chamber(
     pinchoff chamber examples/chamber.toml --flow --out dense
     """
     folder = results_folder(out)
-    quantities = {"--obstacle-radius": obstacle_radius, "--thickness": thickness}
+    quantities = {"obstacle_radius": obstacle_radius, "thickness": thickness}
     design = _design(config, quantities, settings or [], warn)
     from pinchoff import chamber as po_chamber
 
@@ -135,14 +128,8 @@ def chamber(
     paths = _write(design, violations, folder)
     checked = _flow(design, violations, folder) if flow else None
     record = _record(design, violations, checked, folder / RECORD)
-    if as_json:
-        print(json_text(record), end="")
-    else:
-        _print(record, checked)
     paths += [folder / name for name in (RECORD, RULES, FLOW, COLLISION)]
-    for path in paths:
-        if path.exists():
-            print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+    announce(record, lambda: _print(record, checked), paths, as_json=as_json)
 
 
 def _design(
@@ -159,26 +146,17 @@ def _design(
     from pinchoff.support.quantities import physical_magnitude
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
-    given: set[str] = set()
-    for setting in settings:
-        key, equals, text = (part.strip() for part in setting.partition("="))
-        if not (key and equals and text):
-            advice = "write it like imaging.pitch_um=800"
-            raise InputError.of("--set", "PART.NAME=VALUE", setting, advice)
-        if key in given:
-            raise InputError.of(f"--set {key}", "given once", text, "drop one of them")
-        given.add(key)
-        _place(table, key, value_of(f"--set {key}", text))
-    for flag, quantity in quantities.items():
-        if quantity is None:
+    given = read_values("--set", settings, "imaging.pitch_um=800")
+    for key, value in given.items():
+        _place(table, key, value)
+    for name, text in quantities.items():
+        if text is None:
             continue
-        key, name = _QUANTITIES[flag]
+        key, flag = _QUANTITIES[name], flag_of(name)
         if key in given:
-            raise InputError.of(f"--set {key}", "given once", quantity, f"drop it or {flag}")
-        try:
-            _place(table, key, physical_magnitude(name, quantity))
-        except InputError as error:
-            raise InputError.of(flag, error.rule, error.got, error.advice) from None
+            raise InputError.of(f"--set {key}", "given once", text, f"drop it or {flag}")
+        with named_as_options(name):
+            _place(table, key, physical_magnitude(name, text))
     if warn:
         _place(table, "rules.on_violation", "warn")
     return Chamber(**table)
@@ -257,45 +235,23 @@ def _record(
     record = design_record(design, violations)
     if flow is not None:
         record["flow"] = jsonable(flow)
-    with written_aside(path) as unfinished:
-        unfinished.write_text(json_text(record), encoding="utf-8")
+    write_json(path, record)
     return record
 
 
 def _print(record: dict[str, Any], flow: dict[str, Any] | None) -> None:
     """Print what a look at the design has to say first."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD)
-    table.add_column("result")
-    table.add_column("value", justify="right")
     derived = record["derived"]
-    rows = {name: derived[name] for name in ("length_um", "width_um", "fluid_volume_uL")}
-    rows["pillars"] = len(record["pillars"])
-    rows["violations"] = len(record["violations"])
+    numbers = {name: derived[name] for name in ("length_um", "width_um", "fluid_volume_uL")}
+    numbers["pillars"] = len(record["pillars"])
+    numbers["violations"] = len(record["violations"])
     if flow is not None:
-        rows |= {name: value for name, value in flow.items() if isinstance(value, float)}
-    for name, value in rows.items():
-        table.add_row(name, f"{value:.5g}")
-    console = Console()
-    console.print(table)
+        numbers |= {name: value for name, value in flow.items() if isinstance(value, float)}
+    print_table(("result", "value"), ((name, f"{value:.5g}") for name, value in numbers.items()))
     if flow is not None:
-        console.print(_rates(flow["at_oil_rates"]))
+        rates = [[f"{row[name]:.4g}" for name in _RATE_COLUMNS] for row in flow["at_oil_rates"]]
+        print_table(tuple(_RATE_COLUMNS.values()), rates, left=())
         _print_lines(flow["collision"])
-
-
-def _rates(rows: list[dict[str, float]]) -> Any:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD)
-    for heading in _RATE_COLUMNS.values():
-        table.add_column(heading, justify="right")
-    for row in rows:
-        table.add_row(*(f"{row[name]:.4g}" for name in _RATE_COLUMNS))
-    return table
 
 
 def _print_lines(collision: dict[str, Any]) -> None:

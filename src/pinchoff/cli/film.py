@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.video import LABORATORY, flag_of
+from pinchoff.cli.options import flag_of
+from pinchoff.cli.video import LABORATORY
 from pinchoff.support.errors import InputError, SimulationError
 
 if TYPE_CHECKING:

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite
-from pinchoff.cli.output import json_text, jsonable, printed_warnings
-from pinchoff.cli.table import ColumnMap, Constants, Units, imported
-from pinchoff.support.errors import InputError
+from pinchoff.cli.options import (
+    AsJson,
+    OutFolder,
+    Overwrite,
+    named_as_options,
+    option,
+)
+from pinchoff.cli.output import announce, jsonable, print_table, printed_warnings, write_json
+from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
@@ -42,13 +47,10 @@ FIGURES = {
 _FILES = (LAW, LAWS, SET_ASIDE, PAGE, *FIGURES)
 
 _FIT = "Fit"
-_FLAGS = {
-    "free": "--free",
-    "symmetry_noise": "--symmetry-noise",
-    "confidence": "--confidence",
-    "samples": "--samples",
-    "fraction": "--fraction",
-}
+
+
+def _number(meaning: str, takes: str = "NUMBER") -> Any:
+    return option(takes, meaning, panel=_FIT)
 
 
 def fit(
@@ -64,35 +66,24 @@ def fit(
     constants: Constants = None,
     free: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="QUANTITY",
-            help="Fit its exponent: area, thickness, viscosity, surface_tension, speed; may be "
-            "repeated. The radius's follows from those of area and thickness.",
-            rich_help_panel=_FIT,
+        option(
+            "NAME",
+            "Fit its exponent: area, thickness, viscosity, surface_tension or speed; may "
+            "be repeated. The radius's follows from those of area and thickness",
+            default="none",
+            panel=_FIT,
         ),
     ] = None,
-    symmetry_noise: Annotated[
-        float,
-        typer.Option(help="Standard error of S to account for, as 0.088.", rich_help_panel=_FIT),
-    ] = 0.0,
-    confidence: Annotated[
-        float, typer.Option(help="Of the intervals.", rich_help_panel=_FIT)
-    ] = 0.95,
-    samples: Annotated[
-        int, typer.Option(help="Parts of the bootstrap.", rich_help_panel=_FIT)
-    ] = 100,
-    fraction: Annotated[
-        float, typer.Option(help="Of the collisions in a part.", rich_help_panel=_FIT)
-    ] = 0.5,
-    seed: Annotated[int, typer.Option(help="Of the bootstrap.", rich_help_panel=_FIT)] = 0,
+    symmetry_noise: Annotated[float, _number("Standard error of S to account for, as 0.088")] = 0.0,
+    confidence: Annotated[float, _number("Confidence of the intervals")] = 0.95,
+    samples: Annotated[int, _number("Parts of the bootstrap", "INTEGER")] = 100,
+    fraction: Annotated[float, _number("Share of the collisions in a part")] = 0.5,
+    seed: Annotated[int, _number("Same seed, same parts", "INTEGER")] = 0,
     out: OutFolder = "law",
-    as_json: Annotated[
-        bool,
-        typer.Option("--json", metavar="", help="Print law.json alone.", rich_help_panel=OUTPUT),
-    ] = False,
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Fit the break-up law to a table of collisions.
+    r"""Fit the break-up law to a table of collisions.
 
     The columns symmetry and broke must be there. Ca, Ã and z̃ are
     capillary_number, normalized_area and normalized_thickness, or follow
@@ -110,7 +101,7 @@ def fit(
 
     pinchoff fit phase-diagram --out law
 
-    pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2
+    pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2 \
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
@@ -130,13 +121,8 @@ def fit(
         print(f"warning: {message}", file=sys.stderr)
     remove_results(folder, _FILES)
     _write(study, table.name, folder)
-    if as_json:
-        print(_law_text(study), end="")
-    else:
-        _print(study)
-    for name in _FILES:
-        if (folder / name).exists():
-            print(f"wrote {folder / name}", file=sys.stderr if as_json else sys.stdout)
+    files = (folder / name for name in _FILES)
+    announce(_report(study), lambda: _print(study), files, as_json=as_json)
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
@@ -144,27 +130,24 @@ def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
 
     samples = options["samples"]
     assert isinstance(samples, int)
-    try:
-        with progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show:
-            return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
-    except InputError as error:
-        name = _FLAGS.get(error.argument, error.argument)
-        name = "TABLE" if name == "table" else name
-        raise InputError.of(name, error.rule, error.got, error.advice) from None
+    with (
+        named_as_options(*options, table="TABLE"),
+        progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show,
+    ):
+        return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
 
 
-def _law_text(study: LawStudy) -> str:
+def _report(study: LawStudy) -> dict[str, Any]:
     from pinchoff import __version__
 
-    return json_text(jsonable({**study.to_dict(), "pinchoff_version": __version__}))
+    return {**jsonable(study.to_dict()), "pinchoff_version": __version__}
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
     from pinchoff.figures import style
     from pinchoff.figures.pages.law import law_page
 
-    with written_aside(folder / LAW) as unfinished:
-        unfinished.write_text(_law_text(study), encoding="utf-8")
+    write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
         if frame is not None and len(frame):
             with written_aside(folder / name) as unfinished:
@@ -199,22 +182,15 @@ def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
 
 
 def _print(study: LawStudy) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
     from pinchoff.figures.pages.law import interval, signed_number
     from pinchoff.fits.form import SYMBOLS
 
-    title = f"{study.fit.confidence:.0%} intervals"
-    shown = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")
-    shown.add_column("")
-    for heading in ("value", *study.intervals):
-        shown.add_column(heading, justify="right")
+    rows = []
     for name, estimate in study.estimates.items():
         several = (interval(numbers[name]) for numbers in study.intervals.values())
-        shown.add_row(SYMBOLS[name], signed_number(estimate.value), *several)
-    Console().print(shown)
+        rows.append((SYMBOLS[name], signed_number(estimate.value), *several))
+    title = f"{study.fit.confidence:.0%} intervals"
+    print_table(("", "value", *study.intervals), rows, title=title)
     print(f"{study.fit.count} collisions, {study.fit.broke_count} of which broke")
     if study.fit.step:
         print(f"w = 0: {study.fit.step}")

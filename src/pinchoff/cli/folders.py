@@ -74,7 +74,8 @@ def remove_results(out: Path, results: Iterable[str]) -> None:
     ----------
     out : Path
     results : iterable of str
-        Names of files; those that do not exist are passed over.
+        Names of files, or patterns of them; what does not exist is passed over.
     """
-    for name in results:
-        (out / name).unlink(missing_ok=True)
+    for pattern in results:
+        for path in out.glob(pattern):
+            path.unlink()

@@ -1,58 +1,159 @@
-"""Options that several commands share, and how options become parameters."""
+"""Options that several commands share, and how options become parameters.
+
+An option is called as the parameter that it gives, with hyphens: ``--obstacle-radius`` gives
+``obstacle_radius``. One is shorter: ``--capillary`` gives ``simulation_capillary_number``. The help
+says what an option takes, what it is, in which unit, and what holds without it.
+"""
 
 from __future__ import annotations
 
-import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.assignments import read_values
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
 
 OUTPUT = "Output"
-"""Heading of the options that say what is written where."""
+MODEL = "Dimensionless parameters"
+"""Headings: what is written where, and the parameters of the model."""
 
-OutFolder = Annotated[
-    str, typer.Option(metavar="DIR", help="Folder for the results.", rich_help_panel=OUTPUT)
-]
-Overwrite = Annotated[
-    bool,
-    typer.Option("--overwrite", metavar="", help="Replace results in DIR.", rich_help_panel=OUTPUT),
-]
-
-FLAGS = {
-    "size_ratio": "--size-ratio",
-    "simulation_capillary_number": "--capillary",
-    "offset": "--offset",
-    "diameter": "--diameter",
-    "obstacle_radius": "--obstacle-radius",
-    "speed": "--speed",
-    "viscosity": "--viscosity",
-    "surface_tension": "--surface-tension",
-    "thickness": "--thickness",
+RENAMED = {
+    "--simulation-capillary-number": "--capillary",
+    "--threads": "--workers",
+    "--processes": "--workers",
 }
+"""Options by other names under which they are understood: a parameter's own, and earlier ones."""
 
 
-def value_of(place: str, text: str) -> Any:
-    """Read a value as TOML has it, or else as a bare word.
+def option(
+    takes: str, meaning: str, *flags: str, default: str | None = None, panel: str | None = None
+) -> Any:
+    """Return an option whose help has the one form.
 
-    Raises
-    ------
-    InputError
-        Its brackets are nested beyond reason.
+    Parameters
+    ----------
+    takes : str
+        ``NUMBER``, ``INTEGER``, ``QUANTITY`` (a number with its unit, as '85 um'), ``LIST``,
+        ``NAME``, ``FILE``, ``DIR`` or another word in capitals.
+    meaning : str
+        What it is, with its unit; a sentence without the stop.
+    *flags : str
+        Its names; by default the argument's, with hyphens.
+    default : str, optional
+        What holds without it, where the value in the code does not say so.
+    panel : str, optional
+        Heading under which the help shows it.
     """
+    said = f"{meaning}."
+    if default is not None:
+        said += f" [dim]\\[default: {default}][/dim]"
+    return typer.Option(
+        *flags,
+        metavar=takes,
+        help=said,
+        show_default=default is None,
+        rich_help_panel=panel,
+    )
+
+
+def switch(flag: str, meaning: str, *, panel: str | None = None) -> Any:
+    """Return an option that takes nothing: it is given or not."""
+    return typer.Option(flag, metavar="", help=f"{meaning}.", rich_help_panel=panel)
+
+
+def flag_of(name: str) -> str:
+    """Return the option that gives a parameter.
+
+    Examples
+    --------
+    >>> flag_of("obstacle_radius")
+    '--obstacle-radius'
+    """
+    flag = "--" + name.replace("_", "-")
+    return RENAMED.get(flag, flag)
+
+
+@contextmanager
+def named_as_options(*names: str, **others: str) -> Iterator[None]:
+    """Give arguments of the library the names that they have on the command line.
+
+    Parameters
+    ----------
+    *names : str
+        Arguments that are called as their options.
+    **others : str
+        Arguments that are not, with what they are called.
+    """
+    flags = {**{name: flag_of(name) for name in names}, **others}
     try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except ValueError:
-        return text
-    except RecursionError:
-        got, advice = "brackets nested too deeply", "give a number or a word"
-        raise InputError.of(place, "a value", got, advice) from None
+        yield
+    except InputError as error:
+        name, _, place = error.argument.partition("[")
+        if name not in flags:
+            raise
+        inner = f" {place[1:-2]}" if place else ""  # of free['line_tension']
+        raise error.renamed(flags[name] + inner) from None
+
+
+PRESETS = ("default", "paper-step", "literal-separation")
+"""What --preset takes."""
+
+CONSTANTS = (
+    "vertex_count",
+    "line_tension",
+    "edge_stiffness",
+    "area_stiffness",
+    "wall_stiffness",
+    "start_distance",
+    "time_step",
+    "time_limit",
+    "neck_thickness",
+    "neck_separation",
+    "neck_separation_unit",
+    "follow_daughters",
+)
+"""What --set takes: the parameters that have no option of their own."""
+
+_OPTIONS = (
+    "size_ratio",
+    "simulation_capillary_number",
+    "offset",
+    "diameter",
+    "obstacle_radius",
+    "speed",
+    "viscosity",
+    "surface_tension",
+    "thickness",
+)
+
+ConfigFile = Annotated[
+    Path | None,
+    typer.Argument(metavar="CONFIG.toml", help="Parameters from a TOML file.", show_default=False),
+]
+Preset = Annotated[
+    str | None,
+    option(
+        "NAME", f"Model constants by name: {', '.join(PRESETS)}", default="default", panel=MODEL
+    ),
+]
+OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)]
+Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
+StartAnew = Annotated[
+    bool,
+    switch("--overwrite", "Replace earlier results, in place of going on with them", panel=OUTPUT),
+]
+AsJson = Annotated[
+    bool,
+    switch("--json", "Print the results as JSON, and the names of files on stderr", panel=OUTPUT),
+]
+Seed = Annotated[int, option("INTEGER", "The same seed gives the same numbers")]
 
 
 def configuration(config: Path | None, preset: str | None) -> tuple[Parameters, str]:
@@ -100,10 +201,10 @@ def changed(
     InputError
         A value is wrong; the message names the option.
     """
-    assigned = _assigned(assignments)
+    assigned = read_values("--set", assignments, "line_tension=60")
     for name in options.keys() & assigned.keys():
         raise InputError.of(
-            f"--set {name}", "given once", assigned[name], f"drop it or {FLAGS[name]}"
+            f"--set {name}", "given once", assigned[name], f"drop it or {flag_of(name)}"
         )
     changes = {**assigned, **options}
     _require_one_description(base, changes, physical)
@@ -114,12 +215,12 @@ def changed(
         name = error.argument
         if name not in assigned and (physical or name in options):
             name = _as_options(name)
-        raise InputError.of(name, error.rule, error.got, error.advice) from None
+        raise error.renamed(name) from None
     return parameters
 
 
 def _as_options(names: str) -> str:
-    return " ".join(FLAGS.get(name, name) for name in names.split(" "))
+    return " ".join(flag_of(name) if name in _OPTIONS else name for name in names.split(" "))
 
 
 def _require_one_description(
@@ -139,7 +240,7 @@ def _require_one_description(
         return
     for name in GROUP_ORIGINS.keys() & changes.keys():
         raise InputError.of(
-            FLAGS[name],
+            flag_of(name),
             "left out beside physical quantities, from which it follows",
             str(changes[name]),
             f"change {_as_options(GROUP_ORIGINS[name])}",
@@ -170,16 +271,3 @@ def _physical(
     if base.scale is None and not {*physical, *changes} & {"offset"}:
         return parameters.replace(offset=base.offset)  # in D0, which nothing else has changed
     return parameters
-
-
-def _assigned(assignments: Sequence[str]) -> dict[str, Any]:
-    """Read NAME=VALUE pairs."""
-    values: dict[str, Any] = {}
-    for assignment in assignments:
-        name, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (name and equals and text):
-            raise InputError.of("--set", "NAME=VALUE", assignment, "write it like line_tension=60")
-        if name in values:
-            raise InputError.of(f"--set {name}", "given once", text, "drop one of them")
-        values[name] = value_of(f"--set {name}", text)
-    return values

@@ -1,4 +1,4 @@
-"""What commands report: JSON, warnings, and the results of one collision as a table."""
+"""What commands report: tables, JSON, the names of files, warnings."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import json
 import math
 import sys
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     from pinchoff.model.outcomes import Collision
@@ -64,6 +67,20 @@ def report_of(collision: Collision, preset: str) -> dict[str, Any]:
     }
 
 
+def print_collision(row: Mapping[str, Any]) -> None:
+    """Print the results that a collision has, with their units."""
+    from pinchoff.collisions.schema import units
+
+    rows = []
+    for name in _TABLE:
+        value, unit = row[name], units()[name]
+        if not isinstance(value, float):
+            rows.append((name, str(value), ""))
+        elif math.isfinite(value):
+            rows.append((name, f"{value:.4g}", "" if unit == "1" else unit))
+    print_table(("result", "value", "unit"), rows, left=(0, 2))
+
+
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
@@ -82,6 +99,71 @@ def jsonable(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def write_json(path: Path, report: Mapping[str, Any]) -> None:
+    """Write a report, complete or not at all."""
+    with written_aside(path) as unfinished:
+        unfinished.write_text(json_text(report), encoding="utf-8")
+
+
+def announce(
+    report: Mapping[str, Any],
+    tell: Callable[[], object],
+    files: Iterable[Path],
+    *,
+    as_json: bool,
+) -> None:
+    """Say what came of a command, as JSON or in words, and name the files that there are.
+
+    Parameters
+    ----------
+    report : mapping
+        The JSON.
+    tell : callable
+        Prints the words.
+    files : iterable of Path
+        Those that exist are named: on stdout, beside JSON on stderr.
+    as_json : bool
+        Whether to print the JSON.
+    """
+    if as_json:
+        print(json_text(report), end="")
+    else:
+        tell()
+    for path in files:
+        if path.exists():
+            print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+
+
+def print_table(
+    headings: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    left: Collection[int] = (0,),
+    title: str | None = None,
+) -> None:
+    """Print a table.
+
+    Parameters
+    ----------
+    headings : sequence of n str
+        One for each column.
+    rows : iterable of sequence of n str
+    left : collection of int, optional
+        Columns of words, which are aligned to the left; all others are of numbers.
+    title : str, optional
+    """
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=SIMPLE_HEAD, title=title, title_justify="right", title_style="")
+    for k, heading in enumerate(headings):
+        table.add_column(heading, justify="left" if k in left else "right", no_wrap=k in left)
+    for row in rows:
+        table.add_row(*row)
+    Console().print(table)
+
+
 @contextmanager
 def printed_warnings() -> Iterator[None]:
     """Print each warning once, as one line on stderr."""
@@ -91,24 +173,3 @@ def printed_warnings() -> Iterator[None]:
         yield
     for message in dict.fromkeys(str(warning.message) for warning in caught):
         print(f"warning: {message}", file=sys.stderr)
-
-
-def print_table(row: Mapping[str, Any]) -> None:
-    """Print the results that there are, with their units."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Table
-
-    from pinchoff.collisions.schema import units
-
-    table = Table(box=SIMPLE_HEAD)
-    table.add_column("result")
-    table.add_column("value", justify="right")
-    table.add_column("unit")
-    for name in _TABLE:
-        value, unit = row[name], units()[name]
-        if not isinstance(value, float):
-            table.add_row(name, str(value), "")
-        elif math.isfinite(value):
-            table.add_row(name, f"{value:.4g}", "" if unit == "1" else unit)
-    Console().print(table)

@@ -7,13 +7,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OutFolder
-from pinchoff.cli.output import printed_warnings
-from pinchoff.cli.table import ColumnMap, Constants, Units, imported
-from pinchoff.support.errors import InputError
+from pinchoff.cli.options import (
+    AsJson,
+    OutFolder,
+    Seed,
+    StartAnew,
+    named_as_options,
+    option,
+    switch,
+)
+from pinchoff.cli.output import announce, printed_warnings
+from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -22,31 +28,30 @@ if TYPE_CHECKING:
 
 PAGE = "report.html"
 
-_FLAGS = {"out": "--out", "only": "--only", "seed": "--seed"}
-
 
 def reproduce(
     out: OutFolder = "reproduction",
     only: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="FIG",
-            help="A figure, as 4 or C, or numbers; may be repeated, or several between commas.",
+        option(
+            "FIG",
+            "A figure, as 4 or C, or numbers; may be repeated, or several between commas",
+            default="all",
         ),
     ] = None,
-    quick: Annotated[
-        bool, typer.Option("--quick", metavar="", help="Fewer and coarser simulations.")
-    ] = False,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same numbers.")] = 1,
+    quick: Annotated[bool, switch("--quick", "Fewer and coarser simulations")] = False,
+    seed: Seed = 1,
     experiment: Annotated[
         Path | None,
-        typer.Option(metavar="TABLE", help="Real collisions in place of the synthetic ones."),
+        option("TABLE", "Real collisions in place of the synthetic ones", default="none"),
     ] = None,
     columns: ColumnMap = None,
     units: Units = None,
     constants: Constants = None,
+    as_json: AsJson = False,
+    overwrite: StartAnew = False,
 ) -> None:
-    """Remake the figures and numbers of the paper, ours beside its own.
+    r"""Remake the figures and numbers of the paper, ours beside its own.
 
     What is in DIR already is not made again: the same command goes on
     where an earlier one was stopped. DIR gets
@@ -59,10 +64,11 @@ def reproduce(
 
     pinchoff reproduce --quick --out reproduction
 
-    pinchoff reproduce --only 4,7,numbers --experiment mine.csv
+    pinchoff reproduce --only 4,7,numbers --experiment mine.csv \
     --map symmetry=S_meas --unit area=mm^2 --out mine
     """
     from pinchoff.paper import reproduce as remake
+    from pinchoff.paper.make import remove_reproduction
     from pinchoff.paper.page import reproduction_page
 
     folder = results_folder(out)
@@ -70,42 +76,35 @@ def reproduce(
     with printed_warnings():
         table = None if experiment is None else imported(experiment, columns, units, constants)
         prepare_folder(folder)
+        if overwrite:
+            remove_reproduction(folder)
         try:
-            with _shown() as show:
+            with named_as_options("out", "only", "seed"), _bar() as show:
                 made = remake(
                     folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
                 )
-        except InputError as error:
-            name = _FLAGS.get(error.argument, error.argument)
-            raise InputError.of(name, error.rule, error.got, error.advice) from None
         except KeyboardInterrupt:
             print(f"stopped; the same command goes on with {out}", file=sys.stderr)
             raise
     reproduction_page(made).write(folder / PAGE)
-    _announce(made, folder / PAGE)
+    announce(made.to_dict(), lambda: _print(made), [folder / PAGE], as_json=as_json)
 
 
 @contextmanager
-def _shown() -> Iterator[Callable[[str, int, int], object] | None]:
-    """Show what is being made on stderr, where that is a terminal."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+def _bar() -> Iterator[Callable[[str, int, int], object] | None]:
+    """Show on stderr how much is made, and what is being made, where that is a terminal."""
+    with progress_bar(sys.stderr.isatty(), "", None, unit="items") as show:
+        if show is None:
+            yield None
+            return
 
-    columns = (TextColumn("{task.description:12}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=Console(stderr=True)) as bar:
-        task = bar.add_task("", total=None)
+        def move(name: str, done: int, total: int) -> None:
+            show(done, total, name if name == "numbers" else f"figure {name}")
 
-        def show(name: str, done: int, total: int) -> None:
-            text = name if name == "numbers" else f"figure {name}"
-            bar.update(task, description=text, completed=done, total=total)
-
-        yield show
+        yield move
 
 
-def _announce(made: Reproduction, page: Path) -> None:
+def _print(made: Reproduction) -> None:
     from pinchoff.paper.page import verdicts
 
     if made.numbers:
@@ -116,4 +115,3 @@ def _announce(made: Reproduction, page: Path) -> None:
     for name, reason in made.left_out.items():
         print(f"warning: figure {name} is left out: {reason}", file=sys.stderr)
     print(f"{len(made.figures)} figures; {made.seconds:.0f} s")
-    print(f"wrote {page}")

@@ -5,18 +5,34 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
-from pinchoff.cli.options import OUTPUT, OutFolder, Overwrite, changed, configuration
-from pinchoff.cli.output import json_text, print_table, printed_warnings, report_of
+from pinchoff.cli.options import (
+    CONSTANTS,
+    MODEL,
+    OUTPUT,
+    AsJson,
+    ConfigFile,
+    OutFolder,
+    Overwrite,
+    Preset,
+    changed,
+    configuration,
+    option,
+    switch,
+)
+from pinchoff.cli.output import (
+    announce,
+    print_collision,
+    printed_warnings,
+    report_of,
+    write_json,
+)
 from pinchoff.support.errors import InputError, SimulationError
-from pinchoff.support.files import written_aside
+from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from pinchoff.model.outcomes import Collision
@@ -29,74 +45,61 @@ SNAPSHOTS = "snapshots.png"
 MOVIE = "movie.mp4"
 _FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)
 
-_DIMENSIONLESS = "Dimensionless parameters"
 _PHYSICAL = "Physical quantities, with their units"
 
 
-def _number(flag: str, meaning: str) -> Any:
-    return typer.Option(flag, metavar="NUMBER", help=meaning, rich_help_panel=_DIMENSIONLESS)
+def _number(*flags: str, meaning: str, default: str, takes: str = "NUMBER") -> Any:
+    return option(takes, meaning, *flags, default=default, panel=MODEL)
 
 
-def _quantity(flag: str, meaning: str, example: str) -> Any:
-    return typer.Option(
-        flag, metavar="QUANTITY", help=f"{meaning}, as '{example}'.", rich_help_panel=_PHYSICAL
-    )
+def _quantity(meaning: str, example: str) -> Any:
+    meaning = f"{meaning}, as '{example}'"
+    return option("QUANTITY", meaning, panel=_PHYSICAL)
 
 
 def run(
-    config: Annotated[
-        Path | None, typer.Argument(metavar="CONFIG.toml", help="Parameters from a TOML file.")
+    config: ConfigFile = None,
+    preset: Preset = None,
+    size_ratio: Annotated[
+        str | None, _number(meaning="D0/R, droplet over obstacle", default="5.66")
     ] = None,
-    preset: Annotated[
-        str | None, typer.Option(help="Model constants by name.", rich_help_panel=_DIMENSIONLESS)
-    ] = None,
-    size_ratio: Annotated[str | None, _number("--size-ratio", "D0/R, droplet to obstacle.")] = None,
     capillary: Annotated[
-        str | None, _number("--capillary", "Ca_sim, the simulation's capillary number.")
+        str | None,
+        _number(meaning="Ca_sim, viscous drag over line tension", default="25"),
     ] = None,
     offset: Annotated[
         str | None,
-        _number("--offset", "Start y of the droplet: a number of D0, or a length as '20 um'."),
+        _number(
+            meaning="Start y of the droplet: a number of D0, or a length as '20 um'",
+            takes="NUMBER|QUANTITY",
+            default="0.05",
+        ),
     ] = None,
     constants: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "NAME=VALUE",
+            "Any other parameter, as line_tension=60; may be repeated. "
+            f"NAME is {', '.join(CONSTANTS)}",
             "--set",
-            metavar="NAME=VALUE",
-            help="Any other parameter, as line_tension=60; may be repeated.",
-            rich_help_panel=_DIMENSIONLESS,
+            panel=MODEL,
         ),
     ] = None,
-    diameter: Annotated[str | None, _quantity("--diameter", "Droplet, D0", "481 um")] = None,
-    obstacle_radius: Annotated[
-        str | None, _quantity("--obstacle-radius", "Obstacle, R", "85 um")
-    ] = None,
-    speed: Annotated[str | None, _quantity("--speed", "Fluid, v", "1 mm/s")] = None,
-    viscosity: Annotated[str | None, _quantity("--viscosity", "Fluid, μ", "48 mPa s")] = None,
-    surface_tension: Annotated[
-        str | None, _quantity("--surface-tension", "Interface, γ", "20 mN/m")
-    ] = None,
-    thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
+    diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None,
+    obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None,
+    speed: Annotated[str | None, _quantity("Fluid, v", "1 mm/s")] = None,
+    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None,
+    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None,
+    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None,
     out: OutFolder = "collision",
     frames_every: Annotated[
-        str,
-        typer.Option(
-            metavar="NUMBER", help="Time between stored outlines, in t0.", rich_help_panel=OUTPUT
-        ),
+        str, option("NUMBER", "Time between stored outlines, in t0", panel=OUTPUT)
     ] = "0.02",
-    movie: Annotated[
-        bool,
-        typer.Option("--movie", metavar="", help="Make movie.mp4 too.", rich_help_panel=OUTPUT),
-    ] = False,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json", metavar="", help="Print the results as JSON.", rich_help_panel=OUTPUT
-        ),
-    ] = False,
+    movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Simulate one droplet that meets one obstacle.
+    r"""Simulate one droplet that meets one obstacle.
 
     Without options it is the paper's median breaking collision. DIR gets
 
@@ -109,7 +112,7 @@ def run(
 
     pinchoff run --capillary 30 --offset 0.1 --out off-centre --movie
 
-    pinchoff run --diameter '481 um' --obstacle-radius '85 um' --speed '1 mm/s'
+    pinchoff run --diameter '481 um' --obstacle-radius '85 um' --speed '1 mm/s' \
     --viscosity '48 mPa s' --surface-tension '20 mN/m' --thickness '85 um'
     """
     numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
@@ -139,10 +142,13 @@ def run(
     assert collision.outlines is not None
     _draw(collision.outlines, folder, movie)
     report = report_of(collision, preset_name)
-    with written_aside(folder / RESULTS) as unfinished:
-        unfinished.write_text(json_text(report), encoding="utf-8")
-    written = [folder / name for name in _FILES if (folder / name).exists()]
-    _announce(collision, report, written, as_json)
+    write_json(folder / RESULTS, report)
+    announce(
+        report,
+        lambda: print_collision(collision.to_row()),
+        (folder / name for name in _FILES),
+        as_json=as_json,
+    )
 
 
 def _given(options: Mapping[str, str | None]) -> dict[str, str]:
@@ -206,28 +212,5 @@ def _draw(outlines: Outlines, out: Path, movie: bool) -> None:
     if movie:
         from pinchoff.figures.movie import write_movie
 
-        with _movie_bar() as progress:
-            write_movie(out / MOVIE, outlines, progress=progress)
-
-
-@contextmanager
-def _movie_bar() -> Iterator[Callable[[int, int], None]]:
-    """Show a bar on stderr where that is a terminal, and give the function that moves it."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with Progress(console=Console(stderr=True), disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("movie")
-        yield lambda done, total: bar.update(task, completed=done, total=total)
-
-
-def _announce(
-    collision: Collision, report: Mapping[str, Any], files: Sequence[Path], as_json: bool
-) -> None:
-    """Print the results on stdout, then name the files (beside JSON: on stderr)."""
-    if as_json:
-        print(json_text(report), end="")
-    else:
-        print_table(collision.to_row())
-    for path in files:
-        print(f"wrote {path}", file=sys.stderr if as_json else sys.stdout)
+        with progress_bar(sys.stderr.isatty(), "movie", len(outlines), unit="frames") as show:
+            write_movie(out / MOVIE, outlines, progress=show)

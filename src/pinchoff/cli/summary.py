@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-if TYPE_CHECKING:
-    from rich.table import Table
+from pinchoff.cli.options import OUTPUT, AsJson, option
+from pinchoff.cli.output import announce, print_table
 
+if TYPE_CHECKING:
     from pinchoff.studies.sweep.summary import Summary
 
 _PICTURE = "_summary.png"
@@ -21,10 +24,9 @@ def summary(
     ],
     picture: Annotated[
         Path | None,
-        typer.Option(
-            metavar="FILE", help="The picture, .png or .pdf; DIR/_summary.png by default."
-        ),
+        option("FILE", "The picture, .png, .pdf or .svg", default=f"DIR/{_PICTURE}", panel=OUTPUT),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show counts and ranges of a collisions table, and draw it.
 
@@ -40,49 +42,28 @@ def summary(
     from pinchoff.studies.sweep.summary import summarize
 
     found = summarize(dataset)
-    _print(found)
     folder = dataset if dataset.is_dir() else dataset.parent
     path = folder / _PICTURE if picture is None else picture
-    if len(found.points.symmetry):
+    drawable = len(found.points.symmetry) > 0
+    if drawable:
         style.save(path, phase_diagram(found.points))
-        print(f"wrote {path}")
-    else:
-        print("no picture: there is no accepted collision")
+    announce(found.to_dict(), lambda: _print(found), [path] if drawable else [], as_json=as_json)
+    if not drawable:
+        said = "no picture: no accepted collision with a contact"
+        print(said, file=sys.stderr if as_json else sys.stdout)
 
 
 def _print(found: Summary) -> None:
-    from rich.console import Console
-
-    console = Console()
     state = "" if found.rows == found.expected else f" of {found.expected}: not finished"
-    console.print(f"{found.rows} collisions{state}")
-    console.print(_counts(found))
-    console.print(_ranges(found))
+    print(f"{found.rows} {'collision' if found.rows == 1 else 'collisions'}{state}")
+    counts = [(outcome, str(count)) for outcome, count in found.outcomes.most_common()]
+    reasons = [(f"rejected: {name}", str(n)) for name, n in found.reasons.most_common()]
+    print_table(("outcome", "rows"), [*counts, *reasons])
+    print_table(("column", "from", "to", "unit", "measured in"), _range_rows(found), left=(0, 3, 4))
 
 
-def _counts(found: Summary) -> Table:
-    table = _table("outcome", "rows")
-    for outcome, count in found.outcomes.most_common():
-        table.add_row(outcome, str(count))
-    for reason, count in found.reasons.most_common():
-        table.add_row(f"rejected: {reason}", str(count))
-    return table
-
-
-def _ranges(found: Summary) -> Table:
-    table = _table("column", "from", "to", "unit", "measured in")
+def _range_rows(found: Summary) -> Iterator[tuple[str, ...]]:
     for name, (low, high, measured) in found.ranges.items():
         unit = found.units.get(name, "")
-        shown = (f"{low:.5g}", f"{high:.5g}", "" if unit == "1" else unit)
-        table.add_row(name, *shown, "" if measured == found.rows else f"{measured} rows")
-    return table
-
-
-def _table(*columns: str) -> Table:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
-    table = Table(box=SIMPLE_HEAD)
-    for column in columns:
-        table.add_column(column, justify="right" if column in ("rows", "from", "to") else "left")
-    return table
+        where = "" if measured == found.rows else f"{measured} rows"
+        yield name, f"{low:.5g}", f"{high:.5g}", "" if unit == "1" else unit, where

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pinchoff.cli.folders import results_folder
-from pinchoff.cli.output import printed_warnings
+from pinchoff.cli.options import (
+    AsJson,
+    OutFolder,
+    StartAnew,
+    named_as_options,
+    option,
+)
+from pinchoff.cli.output import announce, printed_warnings
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,21 +25,32 @@ if TYPE_CHECKING:
 
     from pinchoff.studies.sweep import SweepResult
 
-_FLAGS = {"out": "--out", "threads": "--threads", "scheduler": "--scheduler"}
-
 
 def sweep(
     config: Annotated[
         Path, typer.Argument(metavar="CONFIG.toml", help="What is fixed and what is varied.")
     ],
-    out: Annotated[str, typer.Option(metavar="DIR", help="Folder for the dataset.")],
-    threads: Annotated[
-        int | None, typer.Option(metavar="NUMBER", help="Threads; all cores by default.")
+    out: OutFolder = "sweep",
+    workers: Annotated[
+        int | None,
+        option(
+            "INTEGER",
+            "Collisions simulated at the same time",
+            "--workers",
+            "--threads",
+            default="one a core",
+        ),
     ] = None,
     scheduler: Annotated[
         str | None,
-        typer.Option(metavar="ADDRESS", help="Dask scheduler to run on, as tcp://10.0.0.1:8786."),
+        option(
+            "ADDRESS",
+            "Dask scheduler to run on, as tcp://10.0.0.1:8786",
+            default="none: this machine",
+        ),
     ] = None,
+    as_json: AsJson = False,
+    overwrite: StartAnew = False,
 ) -> None:
     r"""Simulate every point of a design, into a table.
 
@@ -59,30 +76,24 @@ def sweep(
     """
     from pinchoff.studies.sweep import SweepDesign
     from pinchoff.studies.sweep import sweep as run_sweep
+    from pinchoff.studies.sweep.dataset import remove_sweep
 
-    with _named_as_options(), printed_warnings():
+    with named_as_options("out", "scheduler", "threads"), printed_warnings():
         folder = results_folder(out)
         design = SweepDesign.from_toml(config)
-        if threads is not None and scheduler is not None:
+        if workers is not None and scheduler is not None:
             advice = "a cluster's workers have their own"
-            raise InputError.of("threads", "left out beside --scheduler", threads, advice)
+            raise InputError.of("threads", "left out beside --scheduler", workers, advice)
+        if overwrite:
+            remove_sweep(folder)
         try:
             with _client(scheduler) as client:
-                result = run_sweep(design, folder, threads=threads, client=client)
+                result = run_sweep(design, folder, threads=workers, client=client)
         except KeyboardInterrupt:
             print(f"stopped; the same command goes on with {out}", file=sys.stderr)
             raise
-    _announce(result)
-
-
-@contextmanager
-def _named_as_options() -> Iterator[None]:
-    """Give arguments of the library the names that they have on the command line."""
-    try:
-        yield
-    except InputError as error:
-        name = _FLAGS.get(error.argument, error.argument)
-        raise InputError.of(name, error.rule, error.got, error.advice) from error
+    report = {**result._asdict(), "path": str(result.path)}
+    announce(report, lambda: _print(result), (), as_json=as_json)
 
 
 def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
@@ -93,8 +104,8 @@ def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
     return connected(scheduler)
 
 
-def _announce(result: SweepResult) -> None:
-    there = result.rows - result.computed
-    before = f", {there} of them were there" if there else ""
+def _print(result: SweepResult) -> None:
+    earlier = result.rows - result.computed
+    before = f", {earlier} of them from before" if earlier else ""
     print(f"wrote {result.path}: {result.rows} collisions{before}")
     print(f"see pinchoff summary {result.path}")

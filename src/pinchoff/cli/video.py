@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from pinchoff.cli.assignments import read_value, read_values
 from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OutFolder, value_of
+from pinchoff.cli.options import OutFolder, flag_of
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -176,22 +177,12 @@ def video_settings(
         if text is not None:
             given[field] = positive_magnitude_of(flag_of(name), text, unit)
     if fps is not None:
-        table["fps"] = value_of("--fps", fps)
-    for assignment in assignments:
-        name, equals, text = (part.strip() for part in assignment.partition("="))
-        if not (name and equals and text):
-            advice = "write it like edge_level=0.5"
-            raise InputError.of("--set", "NAME=VALUE", assignment, advice)
-        table[name] = value_of(f"--set {name}", text)
+        table["fps"] = read_value("--fps", fps)
+    table |= read_values("--set", assignments, "edge_level=0.5")
     if "pixel_size_um" not in table:
         rule, advice = "given", "write it like '5.28 um'"
         raise InputError.of("--pixel-size", rule, "nothing", advice)
     return VideoSettings(**table, laboratory=given)
-
-
-def flag_of(name: str) -> str:
-    """Return the option that gives a quantity."""
-    return "--" + name.replace("_", "-")
 
 
 def _announce(result: VideoResult, written: list[Path]) -> None:

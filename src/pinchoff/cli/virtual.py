@@ -5,33 +5,32 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from pinchoff.cli.options import OUTPUT
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    Overwrite,
+    Seed,
+    named_as_options,
+    option,
+    switch,
+)
+from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
-
-_FLAGS = {"n": "--rows", "seed": "--seed", "symmetry_noise": "--symmetry-noise"}
 
 
 def virtual(
-    out: Annotated[
-        Path,
-        typer.Option(metavar="FILE", help="The table, .parquet or .csv.", rich_help_panel=OUTPUT),
-    ] = Path("virtual.parquet"),
-    rows: Annotated[int, typer.Option(help="Collisions.")] = 5056,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same table.")] = 1,
+    out: Annotated[Path, option("FILE", "The table, .parquet or .csv", panel=OUTPUT)] = Path(
+        "virtual.parquet"
+    ),
+    rows: Annotated[int, option("INTEGER", "Collisions")] = 5056,
+    seed: Seed = 1,
     engine: Annotated[
         bool,
-        typer.Option(
-            "--engine", metavar="", help="Simulate every collision instead of drawing from the law."
-        ),
+        switch("--engine", "Simulate every collision instead of drawing from the law"),
     ] = False,
-    symmetry_noise: Annotated[
-        float, typer.Option(help="Standard error of the measured S.")
-    ] = 0.088,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", metavar="", help="Replace FILE.", rich_help_panel=OUTPUT)
-    ] = False,
+    symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
+    as_json: AsJson = False,
+    overwrite: Overwrite = False,
 ) -> None:
     """Make a synthetic table of collisions under the paper's five conditions.
 
@@ -55,14 +54,17 @@ def virtual(
     if not out.parent.is_dir():
         advice = "make it, or choose another"
         raise InputError.of("--out", "in an existing folder", str(out), advice)
-    try:
+    with named_as_options("seed", "symmetry_noise", n="--rows"):
         table = virtual_experiment(
             seed, rows, outcomes="engine" if engine else "law", symmetry_noise=symmetry_noise
         )
-    except InputError as error:
-        name = _FLAGS.get(error.argument, error.argument)
-        raise InputError.of(name, error.rule, error.got, error.advice) from None
     write_collisions(table, out, [TRUE_SYMMETRY])
     broke = int(table["broke"].sum())
-    print(f"wrote {out}: {len(table)} synthetic collisions, {broke} of which broke")
-    print(f"see pinchoff fit {out}")
+    announce(
+        {"rows": len(table), "broke": broke, "seed": seed, "path": str(out)},
+        lambda: print(f"{len(table)} synthetic collisions, {broke} of which broke"),
+        [out],
+        as_json=as_json,
+    )
+    if not as_json:
+        print(f"see pinchoff fit {out}")

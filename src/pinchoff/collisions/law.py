@@ -7,6 +7,7 @@ from typing import NamedTuple, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 
@@ -34,10 +35,10 @@ class HasLine(Protocol):
 
 LineLike: TypeAlias = Line | HasLine | str
 
-PAPER_EXPERIMENT_LINE = Line(alpha=0.083, beta=-0.74)
+PAPER_EXPERIMENT_LINE = Line(paper.EXPERIMENT_ALPHA, paper.EXPERIMENT_BETA)
 """The paper's fit to its experiments."""
 
-PAPER_SIMULATION_LINE = Line(alpha=0.089, beta=-0.72)
+PAPER_SIMULATION_LINE = Line(paper.SIMULATION_ALPHA, paper.SIMULATION_BETA)
 """The paper's fit to its simulations."""
 
 PAPER_ROUNDED_LINE = Line(alpha=28.0**-0.75, beta=-0.75)
@@ -46,9 +47,6 @@ PAPER_ROUNDED_LINE = Line(alpha=28.0**-0.75, beta=-0.75)
 As printed, the exponent of S is -4/3. That contradicts the definition (eq. bkeqn, with β < 0) and
 the abstract: head-on collisions would be the least likely to break.
 """
-
-PAPER_WIDTH = 0.098
-"""w of the paper's fit to its experiments."""
 
 LINES = {
     "paper-simulation": PAPER_SIMULATION_LINE,

@@ -1,4 +1,4 @@
-"""Collisions tables as Parquet: the schema with its units, and reading back."""
+"""Tables with units as Parquet or CSV, and collisions tables read back."""
 
 from __future__ import annotations
 
@@ -68,19 +68,18 @@ def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column])
     return bytes(sink.getvalue())
 
 
-def write_collisions(
-    frame: pd.DataFrame, path: str | os.PathLike[str], more: Sequence[Column] = ()
+def write_table(
+    frame: pd.DataFrame, path: str | os.PathLike[str], columns: Sequence[Column]
 ) -> None:
-    """Write a table of collisions, complete or not at all.
+    """Write a table, complete or not at all.
 
     Parameters
     ----------
     frame : DataFrame
-        With `SHARED_COLUMNS`, and any others of `COLUMNS`.
     path : path
         Its suffix chooses the format: ``.parquet``, with units and meanings; or ``.csv``.
-    more : sequence of Column, optional
-        What further columns of the frame are.
+    columns : sequence of Column
+        What the columns are, in the order of the file; those that the frame lacks are left out.
 
     Raises
     ------
@@ -89,17 +88,33 @@ def write_collisions(
     """
     target = Path(path)
     require_table_name(str(path), target)
-    schema = [column for column in (*COLUMNS, *more) if column.name in frame]
+    schema = [column for column in columns if column.name in frame]
     try:
         with written_aside(target) as unfinished:
             if target.suffix == ".csv":
                 frame[[column.name for column in schema]].to_csv(unfinished, index=False)
             else:
-                columns = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
-                unfinished.write_bytes(parquet_bytes(columns, schema))
+                arrays = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
+                unfinished.write_bytes(parquet_bytes(arrays, schema))
     except OSError as error:
         rule, advice = "a file that can be written", "choose an existing folder"
         raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
+
+
+def write_collisions(
+    frame: pd.DataFrame, path: str | os.PathLike[str], more: Sequence[Column] = ()
+) -> None:
+    """Write a table of collisions, as `write_table`.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        With `SHARED_COLUMNS`, and any others of `COLUMNS`.
+    path : path
+    more : sequence of Column, optional
+        What further columns of the frame are.
+    """
+    write_table(frame, path, (*COLUMNS, *more))
 
 
 def require_table_name(argument: str, path: Path) -> None:

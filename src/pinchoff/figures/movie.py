@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
+    from pinchoff.support.progress import Show
 
 _PIXELS = (960, 540)  # both even, as yuv420p needs
 _DOTS_PER_INCH = 160
@@ -29,7 +30,7 @@ def write_movie(
     path: str | os.PathLike[str],
     outlines: Outlines,
     fps: int = 30,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Show | None = None,
 ) -> None:
     """Film a run as H.264 (yuv420p, 960 by 540 pixels) in an MP4 file.
 
@@ -44,7 +45,7 @@ def write_movie(
     fps : int
         Frames of the outlines per second of film.
     progress : callable, optional
-        Called after every frame with the frames done and the frames in all.
+        Called after every frame with the share of the film that is done, in frames of the run.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def write_movie(
         for done, pixels in enumerate(_drawn(outlines, frames, window), start=1):
             film.append(pixels)
             if progress is not None:
-                progress(done, len(frames))
+                progress(done * len(outlines) / len(frames))
 
 
 def _window(outlines: Outlines) -> Window:

@@ -324,18 +324,12 @@ def _draw_measured(axes: Axes, measured: pd.DataFrame) -> None:
     broke = measured["broke"].to_numpy(dtype=bool)
     control, symmetry = _control_parameter(measured), measured["symmetry"].to_numpy()
     drawn = synthetic(measured)
+    look: dict[str, Any] = {"marker": ".", "ls": "none", "mew": 0}
     for kind, color, label in OUTCOMES:
-        axes.plot(
-            *(control[broke == kind], symmetry[broke == kind]),
-            *(".",),
-            ms=1.6,
-            mew=0,
-            color=color,
-            alpha=0.35,
-            zorder=0.5,
-            rasterized=True,
-            label=f"{'synthetic' if drawn else 'measured'}, {label}",
-        )
+        place = control[broke == kind], symmetry[broke == kind]
+        axes.plot(*place, ms=1.8, color=color, alpha=0.4, zorder=0.5, rasterized=True, **look)
+        label = f"{'synthetic' if drawn else 'measured'}, {label}"
+        axes.plot([], [], ms=4, color=color, alpha=0.6, label=label, **look)
     if drawn:
         axes.set_title("small points: synthetic data", loc="right", fontsize=7)
 

@@ -18,6 +18,7 @@ from pinchoff.fits.likelihood import (
     Maximum,
     maximum,
 )
+from pinchoff.support.arguments import checked_whole
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 from pinchoff.support.progress import Show
@@ -278,8 +279,7 @@ def _bootstrap_of(
 
 def require_parts(samples: int, fraction: float, count: int) -> None:
     """Refuse a number or a size of a bootstrap's parts that makes none, as `bootstrap` does."""
-    if not 2 <= samples <= 100_000:
-        raise InputError.of("samples", "a whole number from 2 to 100000", samples, "use 100")
+    checked_whole("samples", samples, "use 100", low=2, high=100_000)
     if not 0.0 < fraction < 1.0 or not 0 < round(fraction * count) < count:
         rule = "between 0 and 1, and a number of collisions less than all"
         raise InputError.of("fraction", rule, fraction, "use 0.5")

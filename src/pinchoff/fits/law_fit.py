@@ -36,7 +36,7 @@ from pinchoff.fits.likelihood import (
 from pinchoff.fits.noise import NoisyLikelihood
 from pinchoff.fits.rows import Rows, rows_of
 from pinchoff.fits.separation import Gap, widest_gap
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_confidence, checked_number
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 
@@ -307,8 +307,9 @@ def fit_law(
     UserWarning
         Rows were set aside, or there are so few that the intervals are wide.
     """
-    _require_between("confidence", confidence, 0.0, 1.0, "use 0.95")
-    _require_between("symmetry_noise", symmetry_noise, -1e-300, 0.5, "use 0.088, or 0 for none")
+    confidence = checked_confidence(confidence)
+    advice = "use 0.088, or 0 for none"
+    symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
     form = Form(free_names(free))
     imported = checked_collisions(table)
     rows = rows_of(imported.table, form)
@@ -392,8 +393,3 @@ def _warn_of_few(fit: LawFit) -> None:
         UserWarning,
         stacklevel=3,
     )
-
-
-def _require_between(name: str, value: object, low: float, high: float, advice: str) -> None:
-    if not low < finite_or_nan(value) < high:
-        raise InputError.of(name, f"a number between {max(low, 0):g} and {high:g}", value, advice)

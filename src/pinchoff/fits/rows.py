@@ -34,6 +34,8 @@ class Rows:
     broke : ndarray of bool, shape (n,)
     symmetry : ndarray, shape (n,)
         S.
+    places : ndarray of int, shape (n,)
+        Their rows in the table, from 0.
     left_out : dict of str to int
         How many collisions are not used, by the reason.
     """
@@ -41,6 +43,7 @@ class Rows:
     features: Floats
     broke: NDArray[np.bool_]
     symmetry: Floats
+    places: NDArray[np.intp]
     left_out: dict[str, int]
 
     def __len__(self) -> int:
@@ -76,7 +79,8 @@ def rows_of(table: pd.DataFrame, form: Form) -> Rows:
     features = np.stack([np.ones_like(forcing), forcing, logs["symmetry"], *free], axis=1)
     outcome = broke[used] > 0
     order = np.lexsort((outcome, *features.T))
-    rows = Rows(features[order], outcome[order], values["symmetry"][used][order], left_out)
+    symmetry, places = values["symmetry"][used], np.flatnonzero(used)
+    rows = Rows(features[order], outcome[order], symmetry[order], places[order], left_out)
     _require_both_outcomes(rows)
     _require_rank(rows, form)
     return rows

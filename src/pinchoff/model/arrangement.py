@@ -8,6 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pinchoff import _core
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.errors import InputError
 
@@ -46,7 +47,7 @@ def obstacle_circles(parameters: Parameters, obstacles: ArrayLike | None) -> Flo
         The shape is another, a number is not finite or a radius is too small.
     """
     if obstacles is None:
-        return np.array([[0.0, 0.0, parameters.obstacle_radius]])
+        return np.array([_core.default_arrangement(parameters.model_row())[0]])
     circles = _circles("obstacles", obstacles, "[x, y, radius]")
     _require_size("obstacles", circles, LEAST_RADIUS, math.inf)
     return circles
@@ -76,7 +77,7 @@ def droplet_circles(
         has too many vertices, or a droplet is too near to an obstacle or another droplet.
     """
     if droplets is None:
-        starts = np.array([[-parameters.start_distance, parameters.offset, 1.0]])
+        starts = np.array([_core.default_arrangement(parameters.model_row())[1]])
     else:
         starts = _circles("droplets", droplets, "[x, y, diameter]")
         largest = MOST_VERTICES / parameters.vertex_count

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import Any
 
 from pinchoff.model.entry import Entry
 from pinchoff.support.errors import InputError
 
-if TYPE_CHECKING:
-    from pinchoff.model.parameters import Parameters
 
-
-def require_consistent(parameters: Parameters) -> None:
+def require_consistent(parameters: Any) -> None:
     """Refuse parameters each of which is in its range, but which make no sense together.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Without its type in the code: its module imports this one.
 
     Raises
     ------
     InputError
-        A parameter has no meaning in the model, the droplet starts on the obstacle, an undeformed droplet has a neck, or the numbers are
-        not those of their physical scale.
+        A parameter has no meaning in the model, the droplet starts on the obstacle, an undeformed
+        droplet has a neck, or the numbers are not those of their physical scale.
     """
     _require_meaning(parameters)
     _require_start(parameters)
@@ -28,7 +30,7 @@ def require_consistent(parameters: Parameters) -> None:
     _require_scale(parameters)
 
 
-def _require_meaning(p: Parameters) -> None:
+def _require_meaning(p: Any) -> None:
     for name in sorted(p.model_fields_set):
         entry = type(p).model_fields[name].json_schema_extra
         model = entry.model if isinstance(entry, Entry) else ""
@@ -41,7 +43,7 @@ def _require_meaning(p: Parameters) -> None:
             )
 
 
-def _require_start(p: Parameters) -> None:
+def _require_start(p: Any) -> None:
     nearest = p.obstacle_radius + 0.75
     if p.start_distance <= nearest:
         raise InputError.of(
@@ -52,7 +54,7 @@ def _require_start(p: Parameters) -> None:
         )
 
 
-def _require_separation(p: Parameters) -> None:
+def _require_separation(p: Any) -> None:
     if p.neck_separation_unit != "perimeter":
         return
     if p.neck_separation >= 0.5:
@@ -72,7 +74,7 @@ def _require_separation(p: Parameters) -> None:
         )
 
 
-def _require_thickness(p: Parameters) -> None:
+def _require_thickness(p: Any) -> None:
     """Refuse a threshold at which the undeformed droplet breaks, a circle of diameter 1."""
     half_angle = p.neck_separation * (math.pi if p.neck_separation_unit == "perimeter" else 1.0)
     chord = math.sin(half_angle)
@@ -85,7 +87,7 @@ def _require_thickness(p: Parameters) -> None:
         )
 
 
-def _require_scale(p: Parameters) -> None:
+def _require_scale(p: Any) -> None:
     for name in ("size_ratio", "simulation_capillary_number") if p.scale else ():
         expected = getattr(p.scale, name)
         if not math.isclose(getattr(p, name), expected, rel_tol=1e-9):

@@ -6,10 +6,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
+from pinchoff.model.arrangement import obstacle_circles
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.errors import InputError
 
-TERMS = ("area", "edges", "line_tension", "wall")
+TERMS: tuple[str, ...] = _core.TERMS
 """The terms of the energy [paper, eqs. shape, U_γ and U_w]."""
 
 LEAST_VERTICES = 16
@@ -88,4 +89,4 @@ def _scene(
     x, y = vertices.T
     if np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y) <= 0:
         raise InputError.of("outline", "counter-clockwise", "clockwise", "reverse its order")
-    return vertices, np.array([[0.0, 0.0, parameters.obstacle_radius]])
+    return vertices, obstacle_circles(parameters, None)

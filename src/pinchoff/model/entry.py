@@ -7,6 +7,7 @@ takes, the columns of tables in which a parameter varies, the axes of sweeps, th
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -15,6 +16,7 @@ from typing import Any
 from pydantic import BaseModel, Field
 
 from pinchoff.collisions.schema import Column
+from pinchoff.support.arguments import number_rule
 from pinchoff.support.checked import Explanation
 
 CoreNumber = Callable[[Any], float]
@@ -139,8 +141,9 @@ def parameter(
         That number, from all the parameters; by default its value.
     """
     shown = str(default).lower() if isinstance(default, bool) else str(default)
+    limits = (-math.inf if low is None else low, math.inf if high is None else high)
     entry = Entry(
-        rule=rule or f"a finite number from {low:g} to {high:g}",
+        rule=rule or number_rule(*limits),
         meaning=meaning,
         symbol=symbol,
         unit=unit,

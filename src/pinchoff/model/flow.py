@@ -6,19 +6,19 @@ speeds in v_f∞.
 
 from __future__ import annotations
 
-import math
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.errors import InputError
 
 Flow: TypeAlias = _core.Flow
 """What the constructors below return; ``.velocity(points)`` takes and gives (n, 2) arrays."""
 
+_ADVICE = "give it in D0 or v_f∞"
 _LEAST_NODES = 4
 _SPACING_TOLERANCE = 1e-4  # of the spacing: axes of single precision are regular
 
@@ -40,14 +40,15 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     InputError
         A number is not finite, or the radius not positive.
     """
-    if not finite_or_nan(radius) > 0:
-        raise InputError.of("radius", "positive and finite", radius, "give the obstacle's R in D0")
+    radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     try:
         x, y = center
     except (TypeError, ValueError):
         advice = "give the obstacle's x and y in D0"
         raise InputError.of("center", "a pair of numbers", center, advice) from None
-    return _core.StokesFlow(float(radius), _finite("center[0]", x), _finite("center[1]", y))
+    return _core.StokesFlow(
+        radius, *(checked_number(f"center[{k}]", r, _ADVICE) for k, r in enumerate((x, y)))
+    )
 
 
 def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
@@ -63,7 +64,7 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
     InputError
         A component is not finite.
     """
-    return _core.UniformFlow(_finite("vx", vx), _finite("vy", vy))
+    return _core.UniformFlow(checked_number("vx", vx, _ADVICE), checked_number("vy", vy, _ADVICE))
 
 
 def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
@@ -97,13 +98,6 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         _component("u", u, shape),
         _component("v", v, shape),
     )
-
-
-def _finite(name: str, value: float) -> float:
-    number = finite_or_nan(value)
-    if math.isnan(number):
-        raise InputError.of(name, "a finite number", repr(value), "give it in D0 or v_f∞")
-    return number
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -28,7 +28,7 @@ NO_CONTACT = "no contact: the droplet never touched the obstacle"
 
 
 class _Guard(NamedTuple):
-    """Message of a guard; `got` formats the measured value."""
+    """Message of a guard; `rule` formats its limit, `got` the measured value."""
 
     rule: str
     got: str
@@ -37,12 +37,12 @@ class _Guard(NamedTuple):
 
 _GUARDS = {
     "penetration": _Guard(
-        "the obstacle's depth in the droplet must be at most a quarter of its radius",
+        "the obstacle's depth in the droplet must be at most {:g} of its radius",
         "{:.3g} radii",
         "raise edge_stiffness or vertex_count: the obstacle passes between two vertices",
     ),
     "overlap": _Guard(
-        "one droplet's depth in another must be at most one vertex spacing",
+        "one droplet's depth in another must be at most {:g} vertex spacing",
         "{:.3g} D0",
         "raise line_tension or vertex_count: droplets are pressed through each other",
     ),
@@ -52,12 +52,12 @@ _GUARDS = {
         "raise vertex_count or edge_stiffness",
     ),
     "area": _Guard(
-        "the droplet's area must be within 1 % of its equilibrium",
+        "the droplet's area must be within {percent:g} % of its equilibrium",
         "{:+.2%}",
         "raise area_stiffness, or lower time_step",
     ),
     "blow_up": _Guard(
-        "every coordinate must be finite and within 1e4 D0",
+        "every coordinate must be finite and within {:g} D0",
         "{:.3g} D0",
         "lower time_step",
     ),
@@ -66,12 +66,29 @@ _GUARDS = {
         "{:.3g} D0 outside",
         "sample the flow over the droplet's whole way, from its start to behind the obstacle",
     ),
+    "generations": _Guard(
+        "a droplet must break at most {:.0f} times in one line of descent",
+        "{:.0f}",
+        "lower neck_thickness or raise neck_separation: everything breaks, again and again",
+    ),
+    "daughter_size": _Guard(
+        "a daughter's diameter must be at least {:g} D0",
+        "{:.3g} D0",
+        "lower neck_thickness, raise neck_separation, or set follow_daughters=False",
+    ),
+    "time_step": _Guard(
+        "small daughters must divide the time step into at most {:.0f} parts",
+        "{:.0f}",
+        "lower area_stiffness or edge_stiffness, or set follow_daughters=False",
+    ),
 }
 
 
 def guard_message(guard: str, value: float, time: float) -> str:
     """Say which guard stopped a run, what it measured and when, and what to do."""
     rule, got, advice = _GUARDS[guard]
+    limit = _core.GUARD_LIMITS[guard]
+    rule = rule.format(limit, percent=100 * limit)
     return f"{rule}; got {got.format(value)} at t = {time:.4g} t0; {advice}"
 
 

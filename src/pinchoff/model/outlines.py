@@ -30,6 +30,7 @@ from pinchoff.model.gsd import (
 )
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,10 +39,6 @@ __all__ = ["Outline", "OutlineLike", "OutlineWriter", "Outlines"]
 
 #: The unit of time that goes with each unit of length.
 TIME_UNITS = {"D0": "t0", "um": "s"}
-
-#: Arc threshold of the neck [paper, sec. 3.3] where the parameters do not give it: a fraction of
-#: the current perimeter (the paper writes D0).
-NECK_SEPARATION = 0.28
 
 
 @dataclass(frozen=True, eq=False)

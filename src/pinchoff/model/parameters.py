@@ -22,8 +22,8 @@ from pinchoff.model.presets import preset_constants, preset_description, preset_
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
+from pinchoff.support.paper_constants import CA_PER_CA_SIM, NECK_SEPARATION, NECK_THICKNESS
 from pinchoff.support.quantities import (
-    CA_PER_CA_SIM,
     PhysicalScale,
     blaming_quantities,
     groups_of_scale,
@@ -220,7 +220,7 @@ class Parameters(Checked):
         note="A droplet that has not left the obstacle behind by then counts as captured.",
     )
     neck_thickness: Number = parameter(
-        0.167,
+        NECK_THICKNESS,
         "the thickness below which a neck breaks",
         symbol="d_min-neck",
         unit="D0",
@@ -230,7 +230,7 @@ class Parameters(Checked):
         column="neck_thickness_limit",  # neck_thickness is what is measured
     )
     neck_separation: Number = parameter(
-        0.28,
+        NECK_SEPARATION,
         "the shortest arc between the two sides of a neck",
         symbol="d_min-sep",
         unit="1 or D0",
@@ -483,7 +483,7 @@ class Parameters(Checked):
         """
         from pinchoff import _core
 
-        row = np.array([number(self) for number in _core_numbers()], dtype=np.float64)
+        row = np.array([number(self) for number in core_numbers()], dtype=np.float64)
         position = _core.MODEL_FIELDS.index("time_step")
         if self.time_step == "auto":
             # A whole number of steps a sample, so that samples fall on round times.
@@ -511,7 +511,7 @@ Parameters.__doc__ = documented(Parameters.__doc__, PARAMETERS)
 
 
 @functools.cache
-def _core_numbers() -> tuple[CoreNumber, ...]:
+def core_numbers() -> tuple[CoreNumber, ...]:
     """Return what fills each place of the core's row."""
     from pinchoff import _core
 

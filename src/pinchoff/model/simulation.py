@@ -10,7 +10,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
@@ -19,7 +18,7 @@ from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.flow import Flow
 from pinchoff.model.outcomes import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError
 from pinchoff.support.progress import Show, progress_bar, shifted
 
@@ -236,12 +235,8 @@ def thread_count(threads: int | None) -> int:
         if hasattr(os, "sched_getaffinity"):
             return len(os.sched_getaffinity(0))
         return os.cpu_count() or 1
-    if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)):
-        raise InputError.of("threads", "a whole number", threads, "leave it out for all cores")
-    if not 1 <= threads <= MOST_THREADS:
-        rule = f"from 1 to {MOST_THREADS}"
-        raise InputError.of("threads", rule, int(threads), "leave it out for all cores")
-    return int(threads)
+    advice = "leave it out for all cores"
+    return checked_whole("threads", threads, advice, low=1, high=MOST_THREADS)
 
 
 def _samples_between_records(outlines: object) -> int:

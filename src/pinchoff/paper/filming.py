@@ -8,7 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from pinchoff.paper.study import OIL_MPA_S, RADIUS_UM, TENSION_MN_M, droplet
+from pinchoff.paper.study import droplet
+from pinchoff.support import paper_constants as the_paper
 from pinchoff.video.batch import measure_videos
 from pinchoff.video.comparison import Comparison, compare_collision
 from pinchoff.video.encounters import Laboratory
@@ -49,15 +50,15 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
     """
     wanted = DROPLETS[figure]
     laboratory = Laboratory(
-        obstacle_radius_um=RADIUS_UM,
-        thickness_um=RADIUS_UM,
-        viscosity_mPa_s=OIL_MPA_S,
-        surface_tension_mN_m=TENSION_MN_M,
+        obstacle_radius_um=the_paper.OBSTACLE_RADIUS_UM,
+        thickness_um=the_paper.THICKNESS_UM,
+        viscosity_mPa_s=the_paper.VISCOSITY_MPA_S,
+        surface_tension_mN_m=the_paper.SURFACE_TENSION_MN_M,
     )
     microscope = Microscope(seed=seed, pixel_size_um=wanted.pixel_size_um)
     clip = folder / f"film_{figure}.mp4"
     if not clip.exists():
-        diameter = wanted.size_ratio * RADIUS_UM
+        diameter = wanted.size_ratio * the_paper.OBSTACLE_RADIUS_UM
         parameters = droplet(diameter, wanted.speed_mm_s, wanted.offset * diameter)
         passage = passage_of(parameters, microscope, laboratory)
         scene, frame_count = lane_scene([passage], microscope, lanes=1, seed=seed)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import shutil
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -80,6 +81,16 @@ class Reproduction:
     settings: dict[str, Any]
     seconds: float
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return settings, numbers and what figures there are, fit for JSON."""
+        return {
+            **self.settings,
+            "figures": [made.figure.name for made in self.figures],
+            "left_out": self.left_out,
+            "numbers": [number.to_dict() for number in self.numbers],
+            "seconds": self.seconds,
+        }
+
 
 def reproduce(
     out: str | os.PathLike[str],
@@ -144,6 +155,13 @@ def reproduce(
             took = figures[-1].seconds
         seconds += took
     return Reproduction(folder, figures, found, left_out, settings, seconds)
+
+
+def remove_reproduction(folder: Path) -> None:
+    """Remove what `reproduce` wrote to a folder, films included, and nothing else."""
+    for pattern in ("figure_*.*", f"{NUMBERS}.*", SETTINGS, "film_*"):
+        for path in folder.glob(pattern):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def _absent(extra: str) -> str:

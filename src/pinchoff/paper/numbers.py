@@ -9,23 +9,19 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_WIDTH, transition_factor
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, transition_factor
 from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
-    MEDIAN_DIAMETER_UM,
-    OIL_MPA_S,
-    RADIUS_UM,
-    TENSION_MN_M,
     Study,
     paper_breakup_number,
 )
 from pinchoff.studies.boundary.collapse import collapse_spread, slopes
-from pinchoff.studies.virtual import CONDITIONS, PAPER_COUNT, SPEEDS_MM_S
+from pinchoff.support import paper_constants as the_paper
 from pinchoff.support.interval import Estimate
 from pinchoff.support.numerals import numeral
-from pinchoff.support.quantities import CA_PER_CA_SIM, capillary_number
+from pinchoff.support.quantities import capillary_number, reynolds_number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -35,7 +31,6 @@ Verdict = Literal["agrees", "differs", "misprint", "needs the authors' data"]
 ENGINE = "engine"
 ARITHMETIC = "arithmetic"
 
-_OIL_DENSITY = 960.0  # kg/m³
 _OIL_CST = (50.0, 100.0)
 
 
@@ -95,7 +90,7 @@ def numbers(study: Study) -> list[Number]:
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
     said = {"alpha": ("prefactor α", 0.083, 0.006), "beta": ("exponent β", -0.74, 0.03)}
-    said["w"] = ("width w", PAPER_WIDTH, 0.006)
+    said["w"] = ("width w", the_paper.WIDTH, 0.006)
     estimates = study.law.intervals[PROFILE]
     for key, (name, value, error) in said.items():
         paper = f"{_numeral(value)} ± {error:g}"
@@ -118,7 +113,7 @@ def _law(study: Study) -> Iterator[Number]:
         "sec. 4.2",
         "2,528",
         2528,
-        PAPER_COUNT / 2,
+        the_paper.COLLISION_COUNT / 2,
         ARITHMETIC,
     )
 
@@ -157,7 +152,7 @@ def _simulations(study: Study) -> Iterator[Number]:
             "Ca per Ca_sim",
             "eq. (conv)",
             "9.8e-5",
-            (CA_PER_CA_SIM, 0.0),
+            (the_paper.CA_PER_CA_SIM, 0.0),
             estimate,
             f"{ENGINE}, onset of break-up at D0/R = 5.66; range over N_v",
             note="the paper's own argument makes it depend on D0",
@@ -217,7 +212,7 @@ def _breakup_number(study: Study) -> Iterator[Number]:
         "sec. 4.2",
         "≈ 2",
         2.0,
-        transition_factor(PAPER_WIDTH),
+        transition_factor(the_paper.WIDTH),
         f"{ARITHMETIC}, from w = 0.098",
         factor=1.25,
     )
@@ -271,7 +266,7 @@ def _geometry(study: Study) -> Iterator[Number]:
 
 
 def _necks_and_daughters(study: Study) -> Iterator[Number]:
-    neck = DEFAULTS["neck_thickness"] * MEDIAN_DIAMETER_UM
+    neck = DEFAULTS["neck_thickness"] * the_paper.MEDIAN_DIAMETER_UM
     yield _plain(
         "d_min-neck", "sec. 4.4", "80.3 µm", 80.3, neck, ARITHMETIC, unit=" µm", factor=1.001
     )
@@ -298,7 +293,7 @@ def _necks_and_daughters(study: Study) -> Iterator[Number]:
 
 
 def _scales(_: Study) -> Iterator[Number]:
-    viscosity = [cst * 1e-6 * _OIL_DENSITY * 1e3 for cst in _OIL_CST]
+    viscosity = [cst * 1e-6 * the_paper.OIL_DENSITY_KG_M3 * 1e3 for cst in _OIL_CST]
     yield Number(
         "viscosity of the oils",
         "sec. 2",
@@ -309,17 +304,22 @@ def _scales(_: Study) -> Iterator[Number]:
         "misprint",
         viscosity[0],
     )
-    ca = capillary_number(viscosity, [min(SPEEDS_MM_S), max(SPEEDS_MM_S)], TENSION_MN_M)
+    tension = the_paper.SURFACE_TENSION_MN_M
+    ca = capillary_number(viscosity, the_paper.SPEEDS_MM_S, tension)
     yield _ordered("Ca", "sec. 3.4", "O(1e-3)", 1e-3, ca, factor=10)
-    radius = max(condition.obstacle_radius_um for condition in CONDITIONS)
-    reynolds = _OIL_DENSITY * max(SPEEDS_MM_S) * 1e-3 * radius * 1e-6 / (OIL_MPA_S * 1e-3)
+    reynolds = reynolds_number(
+        the_paper.OIL_DENSITY_KG_M3,
+        max(the_paper.SPEEDS_MM_S),
+        max(the_paper.OBSTACLE_RADII_UM),
+        the_paper.VISCOSITY_MPA_S,
+    )
     yield Number(
         "Re", "sec. 2", "≤ O(1e-2)", f"≤ {reynolds:.1e}", "", ARITHMETIC, "agrees", reynolds
     )
     film = ca ** (2 / 3)
     yield _ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(1e-2)", 1e-2, film, factor=5)
-    typical = float(capillary_number(OIL_MPA_S, 1.0, TENSION_MN_M)) ** (2 / 3)
-    wide = (typical * RADIUS_UM / MEDIAN_DIAMETER_UM) ** 2
+    typical = float(capillary_number(the_paper.VISCOSITY_MPA_S, 1.0, tension)) ** (2 / 3)
+    wide = (typical * the_paper.OBSTACLE_RADIUS_UM / the_paper.MEDIAN_DIAMETER_UM) ** 2
     yield Number(
         "Ca/Ca_eff = (δ/D0)²",
         "sec. 3.4",

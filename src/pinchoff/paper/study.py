@@ -18,6 +18,8 @@ from pinchoff.studies.boundary import boundary
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
 from pinchoff.studies.calibration.targets import PRESETS
 from pinchoff.studies.virtual import virtual_experiment
+from pinchoff.support import paper_constants as the_paper
+from pinchoff.support.quantities import capillary_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,12 +31,6 @@ if TYPE_CHECKING:
 
 CAPILLARY = (16, 20, 25, 32, 40, 50, 64, 80)
 """Ca_sim of the paper's separating line."""
-
-OIL_MPA_S = 48.0
-TENSION_MN_M = 20.0
-RADIUS_UM = 85.0
-MEDIAN_DIAMETER_UM = 481.0
-"""The paper's standard experiment, and the median diameter of its droplets that broke."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +121,7 @@ class Study:
     @cached_property
     def median_collision(self) -> Collision:
         """The paper's median breaking droplet at 1 mm/s, a little off-centre, with outlines."""
-        return simulate(droplet(MEDIAN_DIAMETER_UM, 1.0, 20.0), outlines=0.01)
+        return simulate(droplet(the_paper.MEDIAN_DIAMETER_UM, 1.0, 20.0), outlines=0.01)
 
     @cached_property
     def sequences(self) -> list[Collision]:
@@ -141,11 +137,11 @@ def droplet(diameter_um: float, speed_mm_s: float, offset_um: float) -> Paramete
     """Return the parameters of a droplet under the paper's standard conditions."""
     scale = PhysicalScale(
         diameter_um=diameter_um,
-        obstacle_radius_um=RADIUS_UM,
+        obstacle_radius_um=the_paper.OBSTACLE_RADIUS_UM,
         speed_mm_s=speed_mm_s,
-        viscosity_mPa_s=OIL_MPA_S,
-        surface_tension_mN_m=TENSION_MN_M,
-        thickness_um=RADIUS_UM,
+        viscosity_mPa_s=the_paper.VISCOSITY_MPA_S,
+        surface_tension_mN_m=the_paper.SURFACE_TENSION_MN_M,
+        thickness_um=the_paper.THICKNESS_UM,
     )
     return Parameters.of_scale(scale, offset_um=offset_um)
 
@@ -171,6 +167,8 @@ def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -
 
 def paper_breakup_number(area_mm2: float, speed_mm_s: float, symmetry: float = 1.0) -> float:
     """Return Bk of a droplet under the standard conditions, with the paper's exact constants."""
-    capillary = OIL_MPA_S * speed_mm_s / TENSION_MN_M * 1e-3
-    area = area_mm2 * 1e6 / RADIUS_UM**2
+    capillary = capillary_number(
+        the_paper.VISCOSITY_MPA_S, speed_mm_s, the_paper.SURFACE_TENSION_MN_M
+    )
+    area = area_mm2 * 1e6 / the_paper.OBSTACLE_RADIUS_UM**2
     return float(breakup_number(capillary, area, symmetry, line=PAPER_EXPERIMENT_LINE))

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support import paper_constants as paper
+from pinchoff.support.arguments import checked_positive
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,9 +69,8 @@ class ThinningHistory:
         speed_mm_s : float
             At which the neck's thickness falls, mm/s.
         """
-        if not finite_or_nan(speed_mm_s) > 0.0:
-            raise InputError.of("speed_mm_s", "a positive number", speed_mm_s, "use 4.2")
-        end = self.breakup_time_s + float(self.necks_um[-1]) * 1e-3 / speed_mm_s
+        speed = checked_positive("speed_mm_s", speed_mm_s, "use 4.2")
+        end = self.breakup_time_s + float(self.necks_um[-1]) * 1e-3 / speed
         times = np.append(self.times_s, end)
         return ThinningHistory(times, np.append(self.necks_um, 0.0), end)
 
@@ -96,10 +96,9 @@ def last_frame_necks(
     ndarray, shape (m,)
         µm; NaN where the history begins later.
     """
-    if not finite_or_nan(frame_rate) > 0.0:
-        raise InputError.of("frame_rate", "a positive number", frame_rate, "use 60")
+    rate = checked_positive("frame_rate", frame_rate, "use 60")
     shares = (np.arange(200) + 0.5) / 200 if phases is None else np.asarray(phases, float)
-    moments = history.breakup_time_s - shares / frame_rate
+    moments = history.breakup_time_s - shares / rate
     return np.asarray(np.interp(moments, history.times_s, history.necks_um, left=math.nan))
 
 
@@ -143,12 +142,12 @@ def median_history() -> ThinningHistory:
     from pinchoff.model.simulation import simulate
 
     droplet = Parameters.from_physical(
-        diameter="481 um",
-        obstacle_radius="85 um",
+        diameter=f"{paper.MEDIAN_DIAMETER_UM} um",
+        obstacle_radius=f"{paper.OBSTACLE_RADIUS_UM} um",
         speed="1 mm/s",
-        viscosity="48 mPa s",
-        surface_tension="20 mN/m",
-        thickness="85 um",
+        viscosity=f"{paper.VISCOSITY_MPA_S} mPa s",
+        surface_tension=f"{paper.SURFACE_TENSION_MN_M} mN/m",
+        thickness=f"{paper.THICKNESS_UM} um",
         offset="20 um",
     )
     return thinning_history(simulate(droplet, outlines=0.01)).pinched_off(PINCH_SPEED_MM_S)

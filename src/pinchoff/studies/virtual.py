@@ -13,7 +13,6 @@ import numpy as np
 
 from pinchoff.collisions.law import (
     PAPER_EXPERIMENT_LINE,
-    PAPER_WIDTH,
     Line,
     LineLike,
     as_line,
@@ -22,21 +21,16 @@ from pinchoff.collisions.law import (
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
 from pinchoff.collisions.segments import symmetry_of_impact
-from pinchoff.support.checked import finite_or_nan
+from pinchoff.support import paper_constants as paper
+from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import CA_PER_CA_SIM, capillary_number
+from pinchoff.support.quantities import capillary_number
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
-
-PAPER_COUNT = 5056
-"""Collisions of the paper's experiments."""
-
-PAPER_SYMMETRY_NOISE = 0.088
-"""The paper's uncertainty of S."""
 
 TRUE_SYMMETRY = Column("true_symmetry", "1", "float64", "S without the error of its measurement")
 """Column of a virtual experiment that a real one does not have."""
@@ -53,31 +47,30 @@ class Condition(NamedTuple):
     share: float
 
 
-CONDITIONS = (
-    Condition(85.0, 85.0, 48.0, 1 / 3),
-    Condition(85.0, 85.0, 96.0, 1 / 6),
-    Condition(60.0, 85.0, 48.0, 1 / 6),
-    Condition(120.0, 85.0, 48.0, 1 / 6),
-    Condition(85.0, 45.0, 48.0, 1 / 6),
+_STANDARD = Condition(
+    paper.OBSTACLE_RADIUS_UM, paper.THICKNESS_UM, paper.VISCOSITY_MPA_S, share=1 / 3
 )
-"""The paper's standard experiment, and those that vary one parameter of it. The shares are ours."""
+_SMALL_RADIUS, _, _LARGE_RADIUS = paper.OBSTACLE_RADII_UM
+CONDITIONS = (
+    _STANDARD,
+    _STANDARD._replace(viscosity_mPa_s=paper.THICK_VISCOSITY_MPA_S, share=1 / 6),
+    _STANDARD._replace(obstacle_radius_um=_SMALL_RADIUS, share=1 / 6),
+    _STANDARD._replace(obstacle_radius_um=_LARGE_RADIUS, share=1 / 6),
+    _STANDARD._replace(thickness_um=min(paper.THICKNESSES_UM), share=1 / 6),
+)
+"""The paper's standard experiment, and those that vary one parameter of it. The shares are ours.
 
-SURFACE_TENSION_MN_M = 20.0
-"""γ of all of them, mN/m."""
-
-SPEEDS_MM_S = (0.5, 2.0)
-DIAMETERS_UM = (100.0, 600.0)
-"""The paper's ranges; drawn evenly, which is ours too."""
+Speeds and diameters are drawn evenly from the paper's ranges, which is ours too."""
 
 
 def virtual_experiment(
     seed: int,
-    n: int = PAPER_COUNT,
+    n: int = paper.COLLISION_COUNT,
     *,
     outcomes: Outcomes = "law",
     line: LineLike = PAPER_EXPERIMENT_LINE,
-    width: float = PAPER_WIDTH,
-    symmetry_noise: float = PAPER_SYMMETRY_NOISE,
+    width: float = paper.WIDTH,
+    symmetry_noise: float = paper.SYMMETRY_NOISE,
     threads: int | None = None,
     progress: bool | None = None,
 ) -> pd.DataFrame:
@@ -117,7 +110,14 @@ def virtual_experiment(
     InputError
         An argument is wrong.
     """
-    _require(seed, n, outcomes, width, symmetry_noise)
+    checked_whole("seed", seed, "use 1", low=0)
+    n = checked_whole("n", n, f"use {paper.COLLISION_COUNT}", low=1, high=10_000_000)
+    if outcomes not in get_args(Outcomes):
+        raise InputError.of("outcomes", "'law' or 'engine'", outcomes, "use 'law'")
+    advice = f"use {paper.WIDTH} or 0"
+    width = checked_number("width", width, advice, low=0.0, high=10.0)
+    advice = f"use {paper.SYMMETRY_NOISE} or 0"
+    symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
     generator = np.random.default_rng(seed)
     if outcomes == "engine":
         columns = _simulated(generator, n, threads, progress)
@@ -140,9 +140,9 @@ def _drawn(generator: np.random.Generator, n: int) -> dict[str, NDArray[Any]]:
     which = generator.choice(len(CONDITIONS), n, p=[each.share for each in CONDITIONS])
     of_condition = np.array(CONDITIONS)[which]
     radius, thickness, viscosity = of_condition[:, :3].T
-    speed = generator.uniform(*SPEEDS_MM_S, n)
-    area = math.pi / 4.0 * generator.uniform(*DIAMETERS_UM, n) ** 2
-    tension = np.full(n, SURFACE_TENSION_MN_M)
+    speed = generator.uniform(*paper.SPEEDS_MM_S, n)
+    area = math.pi / 4.0 * generator.uniform(*paper.DIAMETERS_UM, n) ** 2
+    tension = np.full(n, paper.SURFACE_TENSION_MN_M)
     return {
         "obstacle_radius_um": radius,
         "thickness_um": thickness,
@@ -198,7 +198,7 @@ def _runs(
     from pinchoff.model.simulation import simulate_many
 
     diameter = np.sqrt(4.0 / math.pi * drawn["area_um2"])
-    forcing = drawn["capillary_number"] * drawn["normalized_thickness"] / CA_PER_CA_SIM
+    forcing = drawn["capillary_number"] * drawn["normalized_thickness"] / paper.CA_PER_CA_SIM
     ratio = diameter / drawn["obstacle_radius_um"]
     parameters = [
         Parameters(
@@ -222,16 +222,3 @@ def _runs(
 def _reflected(symmetry: Floats) -> Floats:
     above = np.abs(symmetry)
     return np.where(above > 1.0, 2.0 - above, above)
-
-
-def _require(seed: object, n: object, outcomes: object, width: object, noise: object) -> None:
-    whole = isinstance(seed, (int, np.integer)) and not isinstance(seed, bool)
-    if not whole or int(seed) < 0:  # type: ignore[call-overload]
-        raise InputError.of("seed", "a whole number, 0 or more", seed, "use 1")
-    if not isinstance(n, int) or isinstance(n, bool) or not 1 <= n <= 10_000_000:
-        raise InputError.of("n", "a whole number from 1 to 10000000", n, f"use {PAPER_COUNT}")
-    if outcomes not in get_args(Outcomes):
-        raise InputError.of("outcomes", "'law' or 'engine'", outcomes, "use 'law'")
-    for name, value, high in (("width", width, 10.0), ("symmetry_noise", noise, 0.5)):
-        if not 0.0 <= finite_or_nan(value) <= high:
-            raise InputError.of(name, f"a number from 0 to {high:g}", value, "use 0.098 or 0")

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from numbers import Real
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
+from pinchoff.support.arguments import number_rule
 from pinchoff.support.errors import InputError
 
 
@@ -20,17 +19,6 @@ def unknown_name(argument: str, rule: str, got: object, known: Iterable[str]) ->
     near = difflib.get_close_matches(str(got), names, n=1)
     advice = f"did you mean '{near[0]}'?" if near else f"choose from {', '.join(names)}"
     return InputError.of(argument, rule, repr(got), advice)
-
-
-def finite_or_nan(value: object) -> float:
-    """Return a number as a float; NaN for one that is not finite and for what is no number."""
-    if isinstance(value, bool) or not isinstance(value, Real):
-        return math.nan
-    try:
-        converted = float(value)
-    except OverflowError:
-        return math.nan
-    return converted if math.isfinite(converted) else math.nan
 
 
 def _not_boolean(value: object) -> object:
@@ -84,8 +72,7 @@ def explained(rule: str, meaning: str, **options: Any) -> Any:
 
 def number(low: float, high: float, meaning: str, **options: Any) -> Any:
     """Return a pydantic field for a number in [low, high]."""
-    rule = f"a finite number from {low:g} to {high:g}"
-    return explained(rule, meaning, ge=low, le=high, **options)
+    return explained(number_rule(low, high), meaning, ge=low, le=high, **options)
 
 
 class Checked(BaseModel):

@@ -66,7 +66,17 @@ class InputError(PinchoffError, ValueError):
 
         ``diameter`` within ``physical`` is ``physical.diameter``.
         """
-        return type(self).of(f"{place}.{self.argument}", self.rule, self.got, self.advice)
+        return self.renamed(f"{place}.{self.argument}")
+
+    def renamed(self, argument: str) -> InputError:
+        """Return the same error about an argument by another name, as the user wrote it.
+
+        Examples
+        --------
+        >>> print(InputError.of("threads", "positive", 0, "give 1").renamed("--threads"))
+        --threads must be positive; got 0; give 1
+        """
+        return type(self).of(argument, self.rule, self.got, self.advice)
 
 
 class SimulationError(PinchoffError, RuntimeError):

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TypeAlias
+from typing import Protocol, TypeAlias
 
 Show: TypeAlias = Callable[[float], object]
 """Moves a bar to the amount that is done."""
 
 
+class Bar(Protocol):
+    """Moves a bar; what it counts to, and what stands before it, may change on the way."""
+
+    def __call__(self, done: float, total: float | None = None, label: str | None = None) -> object:
+        """Move the bar to what is done."""
+
+
 @contextmanager
 def progress_bar(
     wanted: bool, label: str, total: float | None, *, start: int = 0, unit: str = ""
-) -> Iterator[Show | None]:
+) -> Iterator[Bar | None]:
     """Show a bar with the time left and give the function that moves it.
 
     Parameters
@@ -54,9 +61,13 @@ def progress_bar(
     columns = (TextColumn("{task.description}"), BarColumn(), *counted, TimeRemainingColumn())
     with Progress(*columns, console=Console(stderr=True)) as bar:
         task = bar.add_task(label, total=total, completed=start)
-        yield lambda done: bar.update(task, completed=start + done)
+
+        def move(done: float, total: float | None = None, label: str | None = None) -> None:
+            bar.update(task, completed=start + done, total=total, description=label)
+
+        yield move
         # A run may end before its time limit, and a generator has no length.
-        whole = total or 1
+        whole = bar.tasks[task].total or 1
         bar.update(task, total=whole, completed=whole)
 
 

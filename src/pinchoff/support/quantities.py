@@ -13,14 +13,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from pinchoff.support.checked import Checked, Number, explained, unknown_name
 from pinchoff.support.errors import InputError
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
 
 if TYPE_CHECKING:
     import pint
 
     Physical = str | pint.Quantity[Any]
-
-CA_PER_CA_SIM = 9.8e-5
-"""Capillary number of the experiment per that of the simulation [paper, eq. conv]."""
 
 THICKNESS_TOLERANCE = 0.01
 """How far z/R may be off 1, the thickness of the two-dimensional model, without a warning."""
@@ -42,6 +40,17 @@ def capillary_number(
         for each in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
     )
     return np.asarray(viscosity * speed / tension * 1e-3, dtype=np.float64)
+
+
+def reynolds_number(
+    density_kg_m3: float,
+    speed_mm_s: float,
+    length_um: float,
+    viscosity_mPa_s: float,  # noqa: N803
+) -> float:
+    """Return Re = ρvL/μ, dimensionless."""
+    # 1 kg/m³ mm/s µm/(mPa s) is 1e-6.
+    return density_kg_m3 * speed_mm_s * length_um / viscosity_mPa_s * 1e-6
 
 
 def _positive(meaning: str) -> Any:

@@ -20,7 +20,7 @@ from pinchoff.model.outlines import Outlines
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
 from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import CA_PER_CA_SIM
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
 from pinchoff.video.encounters import gap_to_circle
 from pinchoff.video.microscope.passages import Passage

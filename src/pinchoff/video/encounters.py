@@ -27,6 +27,7 @@ from pinchoff.collisions.schema import (
     measured_table,
 )
 from pinchoff.support.checked import Checked, Number, explained
+from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,9 +40,6 @@ the paper's camera. A film of oil keeps them apart; in the simulation it is the 
 
 RELEASE = 1.0
 """A collision is over when the droplet is this many obstacle radii away."""
-
-NECK_SEPARATION = 0.28
-"""Shortest arc between the sides of a neck, of the perimeter, as in the simulation."""
 
 
 FILM_COLUMNS: tuple[Column, ...] = (

@@ -9,7 +9,9 @@ import pytest
 
 from pinchoff import _core
 
-TERMS = ("area", "edges", "line_tension", "wall")
+TERMS = _core.TERMS
+EVERY_TERM: dict[str, float] = {}
+"""Parameters with which every term is at work; those that are so by default are left out."""
 
 
 def obstacles_near(rng, outline):
@@ -45,7 +47,7 @@ def test_forces_are_minus_the_gradient_of_the_energies(model, droplet, count, di
     so the difference errs by h² U'''/6 and by round-off of 1e-16 U/h: 1e-6 of the largest force.
     """
     rng = np.random.default_rng(count)
-    row, h = model(), 1e-6
+    row, h = model(**EVERY_TERM), 1e-6
     touched = 0
     for _ in range(4):
         outline = diameter * droplet(rng, count)
@@ -78,7 +80,7 @@ def test_energies_and_forces_agree_with_automatic_differentiation(model, droplet
     anp = pytest.importorskip("autograd.numpy")
     from autograd import grad
 
-    row = model(vertex_count=48)
+    row = model(vertex_count=48, **EVERY_TERM)
     value = dict(zip(_core.MODEL_FIELDS, row, strict=True))
     rng = np.random.default_rng(7)
     outline = droplet(rng, 48)
@@ -109,7 +111,9 @@ def test_energies_and_forces_agree_with_automatic_differentiation(model, droplet
 
     energies = _core.term_energies(row, outline, obstacles)
     forces = _core.term_forces(row, outline, obstacles)
-    for term, energy in zip(TERMS, (area, edges, line_tension, wall), strict=True):
+    ours = (area, edges, line_tension, wall)
+    assert tuple(energy.__name__ for energy in ours) == TERMS
+    for term, energy in zip(TERMS, ours, strict=True):
         assert energies[term] == pytest.approx(energy(outline), rel=1e-11)
         expected = -grad(energy)(outline)
         scale = np.abs(expected).max()
@@ -122,7 +126,7 @@ def test_energies_and_forces_agree_with_automatic_differentiation(model, droplet
 def test_acceleration_is_the_sum_of_the_forces_and_the_drag(model, droplet, count):
     """It is N_v/M Σ F + (μ D0/M)(v_f - v), in the loop that the time step itself uses."""
     rng = np.random.default_rng(count)
-    row = model(vertex_count=64)
+    row = model(vertex_count=64, **EVERY_TERM)
     value = dict(zip(_core.MODEL_FIELDS, row, strict=True))
     flow = _core.StokesFlow(0.2, -1.5, 0.3)
     for diameter in (1.0, 0.7):

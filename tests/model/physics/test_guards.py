@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import threading
+
 import numpy as np
 import pytest
 
@@ -171,3 +174,58 @@ def test_captured_droplet_is_said_to_be_captured(model, run):
     assert got["outcome"] == 2
     assert got["guard"] == 0
     assert got["end_time"] == pytest.approx(5.0, abs=0.011)
+
+
+@pytest.mark.parametrize(
+    "constants",
+    [
+        {"neck_thickness": 0.655},
+        {
+            "size_ratio": 5.138,
+            "simulation_capillary_number": 1154.8,
+            "offset": -0.352,
+            "vertex_count": 32,
+            "neck_thickness": 0.2146,
+            "neck_separation_unit": "diameter",
+        },
+    ],
+)
+def test_breaking_without_end_is_stopped(model, run, constants):
+    """Thresholds at which everything breaks, its daughters too: a guard says so, soon."""
+    (got,) = run(model(**constants))
+    assert guard_of(got) in ("generations", "daughter_size", "time_step")
+    assert got["vertex_updates"] < 1e9
+
+
+def test_generations_are_bounded(model, run):
+    """Every line of descent that a run reports is within the guard's limit."""
+    got = run([model(neck_thickness=t) for t in (0.3, 0.4, 0.5)])
+    assert max(g["generations"] for g in got) <= _core.GUARD_LIMITS["generations"] + 1
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0, -1e-4, np.inf, 1e-300])
+@pytest.mark.parametrize("name", ["time_step", "sample_interval", "time_limit", "vertex_count"])
+def test_numbers_that_count_steps_are_refused(model, run, system, name, value):
+    """No such model starts: a clock that stands still would never end."""
+    if (name, value) in (("time_limit", 0.0), ("time_limit", 1e-300), ("sample_interval", 1e-300)):
+        pytest.skip("a run that ends at once, or samples at every step, is a sound one")
+    row = model(core={name: value})
+    for start in (run, system):
+        with pytest.raises(ValueError, match=f"{name} must be|sample_interval must be"):
+            start(row)
+
+
+def test_interrupt_ends_a_piece_of_any_length(model, system):
+    """Ctrl-C acts within `advance`, whatever the time that it was asked for."""
+    row = model(core={"time_limit": 1e6})
+    one = system(row, _core.UniformFlow(0.0, 0.0), np.zeros((0, 3)))
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    try:
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            one.advance(1e6)
+    finally:
+        timer.join()
+        signal.signal(signal.SIGINT, before)
+    assert not one.finished

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff.collisions.law import Line
+from pinchoff.support.arguments import checked_confidence
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 
@@ -165,8 +166,7 @@ def fit_line(
         There are too few points, or they do not differ in Ca Ã z̃ (with `free_area`: in Ca and Ã
         independently).
     """
-    if not 0 < confidence < 1:
-        raise InputError.of("confidence", "between 0 and 1", confidence, "use 0.95")
+    confidence = checked_confidence(confidence)
     ca, area, s = (
         np.asarray(values, dtype=np.float64)
         for values in (capillary_number, normalized_area, symmetry)

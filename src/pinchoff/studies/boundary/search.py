@@ -22,6 +22,7 @@ from pinchoff.model.simulation import Flow, require_flow, thread_count
 from pinchoff.studies.boundary.bracketing import Search, Trial, run_searches
 from pinchoff.studies.boundary.fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
+from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.progress import Show, progress_bar, shifted
@@ -189,7 +190,8 @@ def boundary(
     >>> line.found["critical_symmetry"].round(2).tolist()
     [0.84, 0.47, 0.31]
     """
-    _require_search(width, scan)
+    width = checked_number("width", width, "use 0.005", low=1e-6, high=0.5)
+    scan = checked_whole("scan", scan, "use 24", low=4, high=10_000)
     if flow is not None:
         require_flow(flow)
     workers = thread_count(threads)
@@ -264,15 +266,6 @@ def _without_outcome(outcome: Any, symmetry: Any) -> Any:
     no collision, and one that had not arrived at the time limit is none yet.
     """
     return (outcome == "failed") | ((outcome != "slipped") & np.isnan(symmetry))
-
-
-def _require_search(width: object, scan: object) -> None:
-    number = isinstance(width, (int, float)) and not isinstance(width, bool)
-    if not (number and 1e-6 <= float(width) <= 0.5):  # type: ignore[arg-type]
-        raise InputError.of("width", "a number from 1e-06 to 0.5", width, "use 0.005")
-    whole = isinstance(scan, (int, np.integer)) and not isinstance(scan, bool)
-    if not (whole and 4 <= int(scan) <= 10_000):  # type: ignore[call-overload]
-        raise InputError.of("scan", "a whole number from 4 to 10000", scan, "use 24")
 
 
 def _points(

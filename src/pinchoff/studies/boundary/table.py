@@ -1,4 +1,4 @@
-"""The table of a boundary: its columns, how it is filled, and how tables with units are written."""
+"""The table of a boundary: its columns, how it is filled and written."""
 
 from __future__ import annotations
 
@@ -7,39 +7,55 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pinchoff.collisions import parquet, schema
+from pinchoff.collisions.schema import Column, count_column, measure_column
+from pinchoff.model.parameters import PARAMETERS
 from pinchoff.studies.boundary.bracketing import Bracket, Interval
-from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.model.parameters import Parameters
 
-COLUMNS: dict[str, tuple[str, str]] = {
-    "point": ("1", "number of the point, from 0"),
-    "size_ratio": ("1", "D0/R"),
-    "simulation_capillary_number": ("1", "Ca_sim = μ̃/γ̃"),
-    "line_tension": ("M v_f∞²/D0", "γ̃"),
-    "drag": ("M/t0", "μ̃"),
-    "capillary_number": ("1", "Ca = 9.8e-5 Ca_sim, with v_f∞"),
-    "normalized_area": ("1", "Ã of the undeformed droplet"),
-    "normalized_thickness": ("1", "z̃"),
-    "control_parameter": ("1", "Ca Ã z̃"),
-    "status": ("", "what the search ended with, see pinchoff.studies.boundary.bracketing.STATUSES"),
-    "critical_symmetry": ("1", "S_c, middle of the bracket; missing unless found"),
-    "symmetry_unbroken": ("1", "largest S that does not break"),
-    "symmetry_broke": ("1", "smallest S that breaks"),
-    "width": ("1", "symmetry_broke - symmetry_unbroken"),
-    "offset_unbroken": ("D0", "start y of the run with symmetry_unbroken"),
-    "offset_broke": ("D0", "start y of the run with symmetry_broke"),
-    "contact_speed": ("v_f∞", "speed at first contact, mean of these two runs"),
-    "runs": ("1", "collisions that were run"),
-    "captured_runs": ("1", "those that had not left the obstacle at the time limit: not broken"),
-    "failed_runs": ("1", "those without an outcome, see Boundary.failures"),
-    "intervals": ("", "outcomes among the runs that touched, by S, from head-on outwards"),
+COLUMNS: dict[str, Column] = {
+    column.name: column
+    for column in (
+        count_column("point", "number of the point, from 0"),
+        measure_column("size_ratio", "1", "D0/R"),
+        measure_column("simulation_capillary_number", "1", "Ca_sim = μ̃/γ̃"),
+        measure_column("line_tension", "M v_f∞²/D0", "γ̃"),
+        measure_column("drag", "M/t0", "μ̃"),
+        measure_column("capillary_number", "1", "Ca = 9.8e-5 Ca_sim, with v_f∞"),
+        measure_column("normalized_area", "1", "Ã of the undeformed droplet"),
+        measure_column("normalized_thickness", "1", "z̃"),
+        measure_column("control_parameter", "1", "Ca Ã z̃"),
+        Column(
+            "status",
+            "",
+            "str",
+            "what the search ended with, see pinchoff.studies.boundary.bracketing.STATUSES",
+        ),
+        measure_column("critical_symmetry", "1", "S_c, middle of a bracket that was found"),
+        measure_column("symmetry_unbroken", "1", "largest S that does not break"),
+        measure_column("symmetry_broke", "1", "smallest S that breaks"),
+        measure_column("width", "1", "symmetry_broke - symmetry_unbroken"),
+        measure_column("offset_unbroken", "D0", "start y of the run with symmetry_unbroken"),
+        measure_column("offset_broke", "D0", "start y of the run with symmetry_broke"),
+        measure_column("contact_speed", "v_f∞", "speed at first contact, mean of these two runs"),
+        count_column("runs", "collisions that were run"),
+        count_column(
+            "captured_runs", "of them not broken, but at the obstacle until the time limit"
+        ),
+        count_column("failed_runs", "of them without an outcome, see Boundary.failures"),
+        Column(
+            "intervals",
+            "",
+            "str",
+            "outcomes of the runs that touched, by S, from head-on outwards",
+        ),
+    )
 }
-"""Columns of the table: unit ("1": pure number) and meaning. Further varied constants stand
-behind ``line_tension``."""
+"""Columns of the table. Further varied constants stand behind ``line_tension``."""
 
 _POINT_COLUMNS = (
     "size_ratio",
@@ -90,7 +106,7 @@ def boundary_table(
     names = list(COLUMNS)
     names[names.index("line_tension") + 1 : names.index("line_tension") + 1] = further
     table = pd.DataFrame(rows, columns=names)
-    table.attrs["units"] = {name: COLUMNS[name][0] if name in COLUMNS else "" for name in names}
+    table.attrs["units"] = {name: _column(name).unit for name in names}
     return table
 
 
@@ -110,30 +126,22 @@ def _bracket_columns(
         "contact_speed": math.fsum(speed) / len(speed) if speed else math.nan,
         "runs": bracket.trials,
         "failed_runs": bracket.failures,
-        "intervals": ", ".join(map(_said, bracket.intervals)),
+        "intervals": ", ".join(map(_interval_text, bracket.intervals)),
     }
 
 
-def _said(interval: Interval) -> str:
+def _interval_text(interval: Interval) -> str:
     outcome = "broke" if interval.broke else "not"
     return f"{outcome} {interval.first_symmetry:.4f} to {interval.last_symmetry:.4f}"
 
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
-    """Write a table with units in its ``attrs`` as Parquet, or as CSV, by the suffix.
+    """Write `Boundary.table` or `Boundary.runs` as Parquet or CSV, by the suffix."""
+    if "outcome" in table:
+        parquet.write_table(table, path, (COLUMNS["point"], *schema.COLUMNS))
+    else:
+        parquet.write_table(table, path, [_column(name) for name in table.columns])
 
-    Parquet keeps the unit of each column in the column's metadata, key ``unit``. The file is
-    written aside and then renamed.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
 
-    with written_aside(path) as unfinished:
-        if path.suffix == ".csv":
-            table.to_csv(unfinished, index=False)
-            return
-        content = pa.Table.from_pandas(table, preserve_index=False)
-        for k, column in enumerate(content.schema):
-            unit = table.attrs["units"].get(column.name, "")
-            content = content.cast(content.schema.set(k, column.with_metadata({"unit": unit})))
-        pq.write_table(content, unfinished)
+def _column(name: str) -> Column:
+    return COLUMNS[name] if name in COLUMNS else PARAMETERS[name].as_column()

@@ -11,14 +11,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pinchoff.model.parameters import CA_PER_CA_SIM, Parameters
+from pinchoff.model.parameters import Parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
 from pinchoff.studies.calibration.sensitivity import Landscape, landscape, sensitivity_table
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
 from pinchoff.studies.calibration.trials import CONVERSION, Evaluation, Trials
+from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -198,10 +200,10 @@ def calibrate(
     aim = as_target(target)
     model = _base(aim, base)
     bounds = _bounds(free, model)
-    _require_whole("points", points, 3, 50, "use 6")
-    _require_whole("evaluations", evaluations, 1, 100_000, "use 80")
+    checked_whole("points", points, "use 6", low=3, high=50)
+    checked_whole("evaluations", evaluations, "use 80", low=1, high=100_000)
     if grid:
-        _require_whole("grid", grid, 3, 50, "use 7, or 0 for no landscapes")
+        checked_whole("grid", grid, "use 7, or 0 for no landscapes", low=3, high=50)
     control = np.geomspace(*aim.control_range, points)
     trials = Trials(
         aim,
@@ -377,9 +379,3 @@ def _evaluations_table(trials: Trials) -> pd.DataFrame:
         for each in trials
     ]
     return pd.DataFrame(rows)
-
-
-def _require_whole(name: str, value: object, low: int, high: int, advice: str) -> None:
-    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
-    if not (whole and low <= int(value) <= high):  # type: ignore[call-overload]
-        raise InputError.of(name, f"a whole number from {low} to {high}", value, advice)

@@ -16,10 +16,13 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
-from pinchoff.collisions.reading import read_table
-from pinchoff.fits.intervals import inverse_curvature
+from pinchoff.fits.form import Form
+from pinchoff.fits.intervals import inverse_curvature, normal_quantile
 from pinchoff.fits.likelihood import LogisticLikelihood, maximum
+from pinchoff.fits.rows import Rows, rows_of
+from pinchoff.support.arguments import checked_number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 
@@ -31,23 +34,8 @@ Floats: TypeAlias = NDArray[np.float64]
 PAPER_RANGE = (0.04, 0.2)
 """Ca Ã z̃ over which a line is compared unless said otherwise: where the paper's stars lie."""
 
-TABLE_COLUMNS = (
-    "symmetry",
-    "capillary_number",
-    "normalized_area",
-    "normalized_thickness",
-    "broke",
-)
-"""Columns that measured collisions must have."""
-
 _FEWEST_ROWS = 20
 _WIDTHS = (0.005, 1.0)  # of the transition, in ln S
-
-
-def _require_number(name: str, value: object, low: float, high: float, advice: str) -> None:
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not (number and low <= float(value) <= high):  # type: ignore[arg-type]
-        raise InputError.of(name, f"a finite number from {low:g} to {high:g}", value, advice)
 
 
 @dataclass(frozen=True)
@@ -75,8 +63,8 @@ class LineTarget:
     objective_name = "rms distance in ln S"
 
     def __post_init__(self) -> None:
-        _require_number("alpha", self.alpha, 1e-6, 1e3, "use 0.089")
-        _require_number("beta", self.beta, -10, -1e-3, "use -0.72")
+        checked_number("alpha", self.alpha, "use 0.089", low=1e-6, high=1e3)
+        checked_number("beta", self.beta, "use -0.72", low=-10, high=-1e-3)
         try:
             low, high = self.control_range
         except (TypeError, ValueError):
@@ -121,15 +109,15 @@ class LineTarget:
 class CollisionsTarget:
     """Measured collisions, and how well a simulated line tells those that broke from the rest.
 
-    Rows that miss one of the numbers, have S = 0 or are not accepted are left out. Sizes differ
+    They are read and checked as for `pinchoff.fit_law`, and the same rows are used. Sizes differ
     from row to row; the model has one, their median.
 
     Parameters
     ----------
-    table : DataFrame
-        With `TABLE_COLUMNS`.
+    table : DataFrame, ImportedCollisions or path
+        As of `pinchoff.fit_law`.
     name : str, optional
-        What to call it in reports.
+        What to call it in reports; by default the name of the file.
 
     Attributes
     ----------
@@ -143,32 +131,32 @@ class CollisionsTarget:
     Raises
     ------
     InputError
-        Columns are missing, are not numbers, or fewer than 20 rows or one outcome is left.
+        The table is refused, or fewer than 20 rows are left.
+
+    Warns
+    -----
+    UserWarning
+        Rows were set aside.
     """
 
     objective_name = "mean log loss"
 
-    def __init__(self, table: pd.DataFrame, name: str = "collisions") -> None:
-        missing = [column for column in TABLE_COLUMNS if column not in table.columns]
-        if missing:
-            got = f"a table without {', '.join(missing)}"
-            rule = f"collisions with the columns {', '.join(TABLE_COLUMNS)}"
-            raise InputError.of("target", rule, got, "add them")
-        if "accepted" in table.columns:
-            table = table[table["accepted"].astype(bool)]
-        numbers = {column: _numbers(table, column) for column in TABLE_COLUMNS}
-        sound = np.all([np.isfinite(each) & (each >= 0) for each in numbers.values()], axis=0)
-        sound &= np.all([numbers[column] > 0 for column in TABLE_COLUMNS[:4]], axis=0)
-        area = numbers["normalized_area"][sound]
-        control = numbers["capillary_number"] * numbers["normalized_area"]
-        self._control: Floats = (control * numbers["normalized_thickness"])[sound]
-        self._symmetry: Floats = numbers["symmetry"][sound]
-        self._broke: NDArray[np.bool_] = numbers["broke"][sound] > 0
-        self.count = int(sound.sum())
-        _require_rows(self.count, self._broke)
-        self.name = name
+    def __init__(
+        self,
+        table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str],
+        name: str | None = None,
+    ) -> None:
+        rows, area = _read_rows(table)
+        _, self._log_control, self._log_symmetry = rows.features.T
+        self._features, self._broke = rows.features, rows.broke
+        self.count = len(rows)
+        if self.count < _FEWEST_ROWS:
+            got, advice = f"{self.count}", "add collisions"
+            raise InputError.of("target", f"{_FEWEST_ROWS} or more collisions", got, advice)
+        file = isinstance(table, (str, os.PathLike))
+        self.name = name or (Path(table).name if file else "collisions")  # type: ignore[arg-type]
         self.size_ratio = float(np.sqrt(4 / math.pi * np.median(area)))
-        low, high = np.quantile(self._control, [0.01, 0.99])
+        low, high = np.exp(np.quantile(self._log_control, [0.01, 0.99]))
         self.control_range = (float(low), float(high))
         if not low < high:
             got = f"Ca Ã z̃ = {low:.4g} in nearly all rows"
@@ -189,8 +177,8 @@ class CollisionsTarget:
         """
         from scipy.optimize import minimize_scalar
 
-        line = np.interp(np.log(self._control), np.log(control), np.log(critical))
-        above = np.where(self._broke, 1.0, -1.0) * (np.log(self._symmetry) - line)
+        line = np.interp(self._log_control, np.log(control), np.log(critical))
+        above = np.where(self._broke, 1.0, -1.0) * (self._log_symmetry - line)
 
         def mean_loss(log_width: float) -> float:
             return float(np.mean(np.logaddexp(0.0, -above / math.exp(log_width))))
@@ -205,23 +193,20 @@ class CollisionsTarget:
         from its covariance to first order. None where the rows do not decide it, as when a line
         separates them without a single exception.
         """
-        design = np.stack(
-            [np.ones(self.count), np.log(self._symmetry), np.log(self._control)], axis=1
-        )
-        best = maximum(LogisticLikelihood(design, self._broke))
-        intercept, _, slope = best.coefficients.tolist()
+        best = maximum(LogisticLikelihood(self._features, self._broke))
+        intercept, slope, _ = best.coefficients.tolist()
         if best.doubtful or slope <= 0:
             return None
         covariance = inverse_curvature(best)
         log_onset = -intercept / slope
-        gradient = np.array([-1 / slope, 0.0, intercept / slope**2])
-        reach = 1.96 * math.sqrt(gradient @ covariance @ gradient)
+        gradient = np.array([-1 / slope, intercept / slope**2, 0.0])
+        reach = normal_quantile(0.95) * math.sqrt(gradient @ covariance @ gradient)
         value, low, high = (math.exp(log_onset + k * reach) for k in (0, -1, 1))
         return value, low, high
 
     def settings(self) -> dict[str, Any]:
         """Return what defines the target, for JSON: rows by their digest."""
-        rows = np.stack([self._control, self._symmetry, self._broke.astype(np.float64)])
+        rows = np.column_stack([self._features, self._broke])
         return {
             "kind": "collisions",
             "name": self.name,
@@ -246,8 +231,9 @@ def as_target(target: object) -> Target:
 
     Parameters
     ----------
-    target : str, path-like, DataFrame, Line, LineTarget or CollisionsTarget
-        A name in `PRESETS`; a Parquet or CSV file of collisions; the table itself; a line.
+    target : str, path-like, DataFrame, ImportedCollisions, Line, LineTarget or CollisionsTarget
+        A name in `PRESETS`; a file of collisions, or the table itself, as `pinchoff.fit_law` takes
+        them; a line.
 
     Raises
     ------
@@ -265,33 +251,25 @@ def as_target(target: object) -> Target:
         if isinstance(target, str) and not path.suffix and not path.exists():
             rule = "paper-simulation, paper-experiment or a file of collisions"
             raise unknown_name("target", rule, target, PRESETS)
-        return CollisionsTarget(read_table(path), name=path.name)
+        return CollisionsTarget(path)
     import pandas as pd
 
-    if isinstance(target, pd.DataFrame):
+    if isinstance(target, (pd.DataFrame, ImportedCollisions)):
         return CollisionsTarget(target)
     advice = "give 'paper-simulation', a LineTarget or a table of collisions"
     raise InputError.of("target", "a line or a table of collisions", target, advice)
 
 
-def _numbers(table: pd.DataFrame, column: str) -> Floats:
-    import pandas as pd
-
+def _read_rows(
+    table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str],
+) -> tuple[Rows, Floats]:
+    """Return the rows that a fit would use, and Ã of each."""
     try:
-        values = pd.to_numeric(table[column]).to_numpy(dtype=np.float64, na_value=np.nan)
-    except (TypeError, ValueError):
-        rule = "numbers" if column != "broke" else "true or false, or 1 or 0"
-        got = str(table[column].dtype)
-        raise InputError.of(f"target[{column!r}]", rule, got, "correct the column") from None
-    return np.asarray(values)
-
-
-def _require_rows(count: int, broke: NDArray[np.bool_]) -> None:
-    if count < _FEWEST_ROWS:
-        rule = f"{_FEWEST_ROWS} or more collisions with all of {', '.join(TABLE_COLUMNS)}"
-        raise InputError.of("target", rule, f"{count}", "add collisions")
-    if broke.all() or not broke.any():
-        got = f"{count} of one outcome"
-        raise InputError.of(
-            "target", "collisions of which some broke and some did not", got, "add others"
-        )
+        collisions = checked_collisions(table, stacklevel=5).table
+        rows = rows_of(collisions, Form())
+    except InputError as error:
+        if error.argument == "table":
+            raise error.renamed("target") from None
+        file = isinstance(table, (str, os.PathLike)) and error.argument == str(table)
+        raise error if file else error.within("target") from None
+    return rows, collisions["normalized_area"].to_numpy(dtype=np.float64)[rows.places]

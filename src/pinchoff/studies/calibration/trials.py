@@ -16,11 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinchoff.model.parameters import CA_PER_CA_SIM, Parameters
+from pinchoff.model.parameters import Parameters
 from pinchoff.studies.boundary import boundary
 from pinchoff.studies.calibration.targets import Floats, Target
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import written_aside
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 
@@ -170,22 +171,8 @@ def _read_scale(argument: str, scale: object, low: float) -> bool:
 
 def _read_count(argument: str, count: object) -> int:
     advice = "say how many values the range has"
-    return whole_number(f"{argument}.count", count, 2, MOST_LEVELS, advice)
-
-
-def whole_number(argument: str, value: object, low: int, high: int, advice: str) -> int:
-    """Return a checked whole number in [low, high]."""
-    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
-        number = int(value)
-        if low <= number <= high:
-            return number
-    got = "nothing" if value is None else value
-    raise InputError.of(argument, f"a whole number from {low} to {high}", got, advice)
+    return checked_whole(f"{argument}.count", count, advice, low=2, high=MOST_LEVELS)
 
 
 def _number(argument: str, value: object) -> float:
-    if isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool):
-        number = float(value)
-        if math.isfinite(number):
-            return number
-    raise InputError.of(argument, "a finite number", value, _FORM)
+    return checked_number(argument, value, _FORM)

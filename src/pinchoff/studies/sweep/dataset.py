@@ -260,3 +260,10 @@ def _made_and_locked(path: Path) -> Iterator[None]:
         yield
     finally:
         os.close(folder)
+
+
+def remove_sweep(path: Path) -> None:
+    """Remove a sweep's manifest and parts from a folder, and nothing else."""
+    (path / MANIFEST).unlink(missing_ok=True)
+    for part in path.glob("part-*.parquet"):
+        part.unlink()

@@ -16,8 +16,9 @@ import numpy as np
 
 from pinchoff.model.parameters import DEFAULTS, PARAMETERS, Parameters
 from pinchoff.model.presets import preset_constants
-from pinchoff.studies.sweep.axes import Axis, Levels, read_axis, whole_number
+from pinchoff.studies.sweep.axes import Axis, Levels, read_axis
 from pinchoff.studies.sweep.sampling import KINDS, unit_points
+from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
@@ -205,8 +206,7 @@ class SweepDesign:
                 except InputError as error:
                     # What depends on several parameters shows in `check`, with all of them.
                     if error.argument == axis.name:
-                        advice = error.advice
-                        raise InputError.of(argument, error.rule, error.got, advice) from None
+                        raise error.renamed(argument) from None
 
 
 def _short(value: object) -> str:
@@ -288,7 +288,7 @@ def _read_quantity(argument: str, value: Any) -> float:
     try:
         return physical_magnitude(name, "" if value is None else value)
     except InputError as error:
-        raise InputError.of(argument, error.rule, error.got, error.advice) from None
+        raise error.renamed(argument) from None
 
 
 def _size(config: Mapping[str, Any], kind: str, axes: tuple[Axis, ...]) -> tuple[int, int]:
@@ -303,8 +303,7 @@ def _size(config: Mapping[str, Any], kind: str, axes: tuple[Axis, ...]) -> tuple
             advice = "lower a count, or draw a sample: design = 'sobol'"
             raise InputError.of("vary", f"at most {MOST_POINTS} points", count, advice)
         return count, 0
-    samples = whole_number(
-        "samples", config.get("samples"), 1, MOST_POINTS, "say how many points to draw"
-    )
-    advice = "give any, such as 1"
-    return samples, whole_number("seed", config.get("seed", 0), 0, 2**63 - 1, advice)
+    advice = "say how many points to draw"
+    samples = checked_whole("samples", config.get("samples"), advice, low=1, high=MOST_POINTS)
+    seed = config.get("seed", 0)
+    return samples, checked_whole("seed", seed, "give any, such as 1", low=0, high=2**63 - 1)

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 
 from pinchoff.collisions.parquet import collision_batches, open_collisions, units_of
 from pinchoff.collisions.schema import general_reason
+from pinchoff.model.outcomes import NO_CONTACT
 from pinchoff.studies.sweep.dataset import read_manifest
 
 if TYPE_CHECKING:
@@ -65,7 +66,8 @@ class Summary:
     rows, expected : int
         Rows that are there, and that a finished sweep has.
     outcomes, reasons : Counter
-        Rows by outcome; rejected ones by reason, without the numbers of the single case.
+        Rows by outcome, "no contact" among them; other rejected ones by reason, without the numbers
+        of the single case. Every row is counted once.
     ranges : dict of str to ColumnRange
         Every numeric column with at least one value.
     units : dict of str to str
@@ -79,6 +81,17 @@ class Summary:
     ranges: dict[str, ColumnRange]
     units: Mapping[str, str]
     points: Points
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the counts and ranges, fit for JSON."""
+        return {
+            "rows": self.rows,
+            "expected": self.expected,
+            "outcomes": dict(self.outcomes),
+            "rejected": dict(self.reasons),
+            "ranges": {name: found._asdict() for name, found in self.ranges.items()},
+            "units": {name: self.units[name] for name in self.ranges if name in self.units},
+        }
 
 
 def summarize(path: str | os.PathLike[str]) -> Summary:
@@ -104,7 +117,7 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
     for batch in collision_batches(dataset):
         outcomes.update(_counted(_outcomes(batch)))
         for reason, count in _counted(batch["reject_reason"]).items():
-            if reason:
+            if reason and reason != NO_CONTACT:
                 reasons[general_reason(reason)] += count
         _widen(ranges, batch)
         sample.add(batch)
@@ -120,10 +133,18 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
 
 
 def _outcomes(batch: pa.RecordBatch) -> pa.Array:
-    """Return what came of each row; of what was not simulated, whether it broke."""
+    """Return what came of each row that counts; of what was not simulated, whether it broke.
+
+    A droplet that never met the obstacle did not "pass" it: its outcome is "no contact". Other
+    rejected rows have none; they are counted by their reasons.
+    """
     if "outcome" in batch.schema.names:
-        return batch["outcome"].cast(pa.string())
-    return pc.coalesce(pc.if_else(batch["broke"], "broke", "did not break"), "unknown")
+        known = batch["outcome"].cast(pa.string())
+    else:
+        known = pc.coalesce(pc.if_else(batch["broke"], "broke", "did not break"), "unknown")
+    missed = pc.equal(batch["reject_reason"].cast(pa.string()), NO_CONTACT)
+    counted = pc.or_(pc.fill_null(batch["accepted"], False), pc.fill_null(missed, False))
+    return pc.if_else(pc.fill_null(missed, False), "no contact", known).filter(counted)
 
 
 def _counted(values: pa.Array) -> dict[str, int]:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
+from pinchoff.cli.assignments import read_pairs
+from pinchoff.cli.options import option
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,9 +17,7 @@ _TABLE = "Table"
 
 
 def _pairs(flag: str, meaning: str) -> Any:
-    return typer.Option(
-        flag, metavar="NAME=TEXT", help=f"{meaning}; may be repeated.", rich_help_panel=_TABLE
-    )
+    return option("NAME=TEXT", f"{meaning}; may be repeated", flag, panel=_TABLE)
 
 
 ColumnMap = Annotated[list[str] | None, _pairs("--map", "Column of a quantity, as symmetry=S_meas")]
@@ -46,9 +44,9 @@ def imported(
     from pinchoff.collisions.importing import import_collisions
 
     given = {
-        "--map": _read_pairs("--map", columns),
-        "--unit": _read_pairs("--unit", units),
-        "--constant": _read_pairs("--constant", constants),
+        "--map": read_pairs("--map", columns, "symmetry=S_meas"),
+        "--unit": read_pairs("--unit", units, "area=mm^2"),
+        "--constant": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
     }
     how = dict(zip(("columns", "units", "constants"), given.values(), strict=True))
     try:
@@ -59,16 +57,4 @@ def imported(
         flag = "--unit" if name != error.argument or name in given["--unit"] else "".join(named[:1])
         if not flag:
             raise
-        raise InputError.of(f"{flag} {name}", error.rule, error.got, error.advice) from None
-
-
-def _read_pairs(flag: str, texts: Sequence[str] | None) -> dict[str, str]:
-    pairs: dict[str, str] = {}
-    for text in texts or ():
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals and value):
-            raise InputError.of(flag, "NAME=TEXT", text, "write it like symmetry=S_meas")
-        if name in pairs:
-            raise InputError.of(f"{flag} {name}", "given once", value, "drop one of them")
-        pairs[name] = value
-    return pairs
+        raise error.renamed(f"{flag} {name}") from None

@@ -1,0 +1,76 @@
+"""One set of options: their names, defaults and help, over all commands."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+import typer
+
+import pinchoff as po
+from pinchoff.cli import app, main
+from pinchoff.cli import options as shared
+from pinchoff.cli.assignments import read_list, read_pairs, read_value
+from pinchoff.model.presets import preset_names
+
+GROUP = typer.main.get_command(app)
+COMMANDS = {name: GROUP.get_command(None, name) for name in GROUP.commands}
+WRITERS = [name for name in COMMANDS if name not in ("film", "compare", "video", "examples")]
+
+
+def options_of(command):
+    return {flag: each for each in COMMANDS[command].params for flag in each.opts}
+
+
+def test_help_names_every_parameter_and_preset():
+    fields = {*po.Parameters.model_fields} - {"scale"}
+    assert {*shared.CONSTANTS} == fields - {"size_ratio", "simulation_capillary_number", "offset"}
+    assert preset_names() == shared.PRESETS
+
+
+@pytest.mark.parametrize(
+    ("flag", "name"),
+    [
+        ("--size-ratio", "size_ratio"),
+        ("--capillary", "simulation_capillary_number"),
+        ("--offset", "offset"),
+    ],
+)
+def test_help_of_run_has_the_defaults_of_the_model(flag, name):
+    said = options_of("run")[flag].help
+    (default,) = re.findall(r"default: ([\d.]+)\]", said)
+    assert float(default) == getattr(po.Parameters(), name)
+
+
+@pytest.mark.parametrize("command", WRITERS)
+def test_all_that_write_have_the_same_options_for_it(command):
+    options = options_of(command)
+    assert "--json" in options
+    if command == "summary":  # its picture is not a result that could be lost
+        return
+    assert {"--out", "--overwrite"} <= {*options}
+
+
+def test_one_name_is_one_meaning():
+    """Options of one name take the same and say the same, but for the examples."""
+    found = {}
+    for command in WRITERS:
+        for flag, each in options_of(command).items():
+            found.setdefault(flag, set()).add(each.metavar)
+    mixed = {flag: takes for flag, takes in found.items() if len(takes) > 1}
+    assert {*mixed} <= {"--size-ratio", "--capillary", "--set", "--free", "--out"}
+
+
+def test_earlier_and_longer_names_are_understood(tmp_path, capsys):
+    long = ["run", "--simulation-capillary-number=-3", "--out", str(tmp_path / "a")]
+    assert main(long) == 2
+    assert capsys.readouterr().err.startswith("error: --capillary must be")
+
+
+def test_pairs_lists_and_values():
+    assert read_pairs("--set", ["a=1", " b = x=y "], "a=1") == {"a": "1", "b": "x=y"}
+    assert read_list("--size-ratio", "[4, 5.5,true]") == [4, 5.5, True]
+    assert read_value("--set a", "2e3") == 2000.0
+    for texts in (["a"], ["=1"], ["a="], ["a=1", "a=2"]):
+        with pytest.raises(po.InputError, match="--set"):
+            read_pairs("--set", texts, "a=1")
