@@ -1,4 +1,4 @@
-"""The flow of oil through the device: speeds, pressures, and whether they are what it is for."""
+"""The flow of oil through the device: speeds, pressures, and whether they suit its purpose."""
 
 from __future__ import annotations
 
@@ -160,6 +160,15 @@ def check_flow(chamber: Chamber, *, show: Show | None = None) -> FlowCheck:
     Returns
     -------
     FlowCheck
+
+    Examples
+    --------
+    A coarse mesh, which is off by a few per cent:
+
+    >>> from pinchoff.chamber import Chamber
+    >>> check = check_flow(Chamber(operation={"elements_across_gap": 4}))
+    >>> round(check.imaging_speed_mm_s, 1)
+    1.4
     """
     started = time.perf_counter()
     mesh = build_mesh(chamber.layout.fluid, _WallSize(chamber), _LARGEST_UM)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
@@ -79,3 +81,13 @@ def remove_results(out: Path, results: Iterable[str]) -> None:
     for pattern in results:
         for path in out.glob(pattern):
             path.unlink()
+
+
+@contextmanager
+def going_on_with(out: str) -> Iterator[None]:
+    """Say after Ctrl-C that the same command goes on where it was stopped."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
+        raise

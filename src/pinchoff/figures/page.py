@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
-_SHORT = 26  # letters of a cell that is not broken into lines
+_SHORT = 26  # letters: a cell this short is kept on one line
 _SCREEN_DOTS_PER_INCH = 96
 
 

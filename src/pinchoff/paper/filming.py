@@ -16,7 +16,7 @@ from pinchoff.video.encounters import Laboratory
 from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 from pinchoff.video.settings import VideoSettings
 
-_SMALLEST_UM = 40.0  # droplet that is measured
+_SMALLEST_UM = 40.0  # diameter of the smallest droplet that is measured
 
 
 class Filmed(NamedTuple):
@@ -42,11 +42,11 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
     Parameters
     ----------
     folder : Path
-        Gets the clip and what was measured on it; a clip that is there is taken as it is.
+        The clip and its measurements are written here. An existing clip is not made again.
     figure : str
         One of `DROPLETS`.
     seed : int
-        Of the camera's noise.
+        Seed of the camera's noise.
     """
     wanted = DROPLETS[figure]
     laboratory = Laboratory(

@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pinchoff.collisions.circle_segments import (
+    SMALL_SEGMENT_EXPONENT,
+    area_ratio_bound,
+    segment_area,
+)
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, transition_factor
-from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
@@ -43,7 +47,7 @@ class Number:
     name, place : str
         What it is, and where the paper has it.
     paper, ours, interval : str
-        As they are to be read; empty: none.
+        The texts that a reader sees; empty where there is none.
     how : str
         How ours was obtained.
     verdict : str
@@ -232,7 +236,7 @@ def _breakup_number(study: Study) -> Iterator[Number]:
 
 
 def _geometry(study: Study) -> Iterator[Number]:
-    heights = np.array([1e-3, 1.01e-3])  # of the diameter, at one height
+    heights = np.array([1e-3, 1.01e-3])  # h/D of two droplets that share one h
     logs = [
         np.log(2 * segment_area(1.0, 1 / heights) / (np.pi / 4 / heights**2)),
         -2 * np.log(heights),

@@ -22,7 +22,7 @@ from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
-from pinchoff.video.encounters import gap_to_circle
+from pinchoff.video.encounters import along_flow, gap_to_circle
 from pinchoff.video.microscope.passages import Passage
 
 Floats = NDArray[np.float64]
@@ -159,7 +159,7 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         raise InputError.of("--collision", rule, got, "choose another")
 
     def centres(outlines: list[Floats]) -> Floats:
-        return _along_flow(np.array([_core.centroid(each) for each in outlines]), row)
+        return along_flow(np.array([_core.centroid(each) for each in outlines]), row)
 
     return Comparison(
         row=row,
@@ -314,11 +314,3 @@ def _filmed(folder: Path, row: dict[str, Any]) -> _Seen:
             if droplet.droplet_id == row["track_id"] and whole:
                 found.append((int(frames[round(time, 9)]), time, droplet.vertices))
     return found
-
-
-def _along_flow(points: Floats, row: dict[str, Any]) -> Floats:
-    """Return image points in µm relative to the obstacle, x along the flow, y to its left."""
-    angle = math.radians(float(row["flow_direction_deg"]))
-    x, y = (points - (row["obstacle_x_um"], row["obstacle_y_um"])).T
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return np.column_stack([cosine * x + sine * y, sine * x - cosine * y])

@@ -60,6 +60,19 @@ def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Labor
     ------
     SimulationError
         A guard stopped the run.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> round(run.unit_px, 1), round(run.unit_s, 2)  # D0 in pixels and t0 in seconds
+    (91.1, 0.47)
     """
     from pinchoff.model.parameters import SAMPLE_INTERVAL
 
@@ -81,6 +94,20 @@ def frames(scene: Scene, microscope: Microscope, frame_count: int) -> Iterator[P
     ------
     ndarray of uint8, shape (height, width, 3)
         Red, green and blue.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> next(frames(scene, camera, frame_count)).shape
+    (300, 480, 3)
     """
     require_video_extra("microscope")
     from pinchoff.video.microscope.drawing import Canvas
@@ -134,6 +161,21 @@ def film(
     ------
     InputError
         The name does not end in ``.mp4``, or PyAV or OpenCV is not installed.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> clip, truth, *_ = film(scene, "film.mp4", frame_count, microscope=camera)
+    >>> clip.name, truth.name
+    ('film.mp4', 'film.truth.parquet')
     """
     look = microscope or Microscope()
     clip = Path(path)

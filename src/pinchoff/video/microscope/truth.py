@@ -50,6 +50,20 @@ def scene_encounters(
     list of Encounter
         One for each passage whose droplet touched its obstacle between the first and the last
         frame. Not accepted are those that the frame cuts or that the clip's end cuts short.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene, passage_of
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> [each.outcome for each in scene_encounters(scene, camera, frame_count)]
+    ['broke']
     """
     obstacles = scene.obstacles
     found: list[Encounter] = []
