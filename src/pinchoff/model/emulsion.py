@@ -429,8 +429,9 @@ def flat_frame(frame: tuple[Any, Any, Any, Any]) -> tuple[NDArray[Any], ...]:
 def droplets_of(frame: tuple[Any, Any, Any, Any]) -> Frame:
     """Return the droplets of a frame of flat arrays."""
     ids, generations, sizes, vertices, velocities = flat_frame(frame)
-    ends = np.cumsum(sizes).tolist()
-    spans = zip(ids.tolist(), generations.tolist(), [0, *ends[:-1]], ends, strict=True)
+    ends = np.cumsum(sizes)
+    starts = (ends - sizes).tolist()
+    spans = zip(ids.tolist(), generations.tolist(), starts, ends.tolist(), strict=True)
     return [(droplet, born, vertices[a:b], velocities[a:b]) for droplet, born, a, b in spans]
 
 
