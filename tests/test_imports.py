@@ -21,6 +21,7 @@ ROOMS = (
     "video",
     "chamber",
     "figures",
+    "explorer",
     "paper",
     "cli",
 )

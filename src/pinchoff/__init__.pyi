@@ -37,6 +37,7 @@ from .support.errors import PinchoffError as PinchoffError
 from .support.errors import SimulationError as SimulationError
 from .video import microscope as microscope
 from .video.batch import measure_videos as measure_videos
+from .video.export import export_clip as export_clip
 from .video.settings import VideoSettings as VideoSettings
 
 __version__: str
@@ -67,6 +68,7 @@ __all__ = [
     "calibrate",
     "chamber",
     "errors",
+    "export_clip",
     "fit_law",
     "flow",
     "import_collisions",

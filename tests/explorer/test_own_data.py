@@ -128,23 +128,17 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "sweep.toml").write_text(sweep)
     assert main(["sweep", str(folder / "sweep.toml"), "--out", str(folder / "s")]) == 0
     assert main(["film", str(folder / "s"), "--out", str(folder / "<b>clip.mp4")]) == 0
-    laboratory = [
-        "--pixel-size",
-        "5.28um",
-        "--fps",
-        "60",
-        "--obstacle-radius",
-        "85um",
-        "--thickness",
-        "85um",
-        "--viscosity",
-        "48mPa.s",
-        "--surface-tension",
-        "20mN/m",
-        "--no-overlay",
-    ]
+    laboratory = {
+        "--pixel-size": "5.28um",
+        "--fps": "60",
+        "--obstacle-radius": "85um",
+        "--thickness": "85um",
+        "--viscosity": "48mPa.s",
+        "--surface-tension": "20mN/m",
+    }
     clip, out = str(folder / "<b>clip.mp4"), str(folder / "measured")
-    assert main(["video", clip, *laboratory, "--out", out]) == 0
+    options = [word for pair in laboratory.items() for word in pair]
+    assert main(["video", clip, *options, "--no-overlay", "--out", out]) == 0
     return folder / "measured"
 
 

@@ -19,6 +19,7 @@ from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
 from pinchoff.cli.examples import examples
 from pinchoff.cli.explore import explore
+from pinchoff.cli.export import export
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.options import RENAMED
@@ -47,7 +48,7 @@ app = typer.Typer(
 _COMMANDS = {
     "Begin": (examples,),
     "Simulate": (run, explore, sweep, summary, boundary, calibrate),
-    "Measure": (video, compare, film),
+    "Measure": (video, compare, export, film),
     "The break-up law": (fit, virtual),
     "The device": (chamber,),
     "The paper": (reproduce,),

@@ -12,7 +12,7 @@ import typer
 
 from pinchoff.cli.options import OUTPUT
 from pinchoff.cli.output import printed_warnings
-from pinchoff.cli.table import ColumnMap, Constants, Units, read_pairs
+from pinchoff.cli.table_options import ColumnMap, Constants, Units, table_pairs
 from pinchoff.support.errors import InputError
 
 
@@ -58,11 +58,7 @@ def explore(
     from pinchoff.explorer.page import write_explorer
 
     target = _target(out, overwrite)
-    options = {
-        "columns": read_pairs("--map", columns),
-        "units": read_pairs("--unit", units),
-        "constants": read_pairs("--constant", constants),
-    }
+    options = table_pairs(columns, units, constants)
     if source is None and any(options.values()):
         raise InputError.of("DIR_OR_TABLE", "given beside options about it", "nothing", "name it")
     with printed_warnings():

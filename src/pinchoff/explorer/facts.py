@@ -7,7 +7,7 @@ from importlib import resources
 from typing import Any
 
 from pinchoff.collisions.law import LINES
-from pinchoff.collisions.schema import general_reason
+from pinchoff.collisions.reasons import general_reason
 from pinchoff.model.parameters import (
     AREA_STIFFNESS_PER_LINE_TENSION,
     CA_PER_CA_SIM,

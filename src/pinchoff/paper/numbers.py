@@ -93,18 +93,17 @@ def numbers(study: Study) -> list[Number]:
 
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
-    said = {"alpha": ("prefactor α", 0.083, 0.006), "beta": ("exponent β", -0.74, 0.03)}
-    said["w"] = ("width w", the_paper.WIDTH, 0.006)
+    names = {"alpha": "prefactor α", "beta": "exponent β", "w": "width w"}
     estimates = study.law.intervals[PROFILE]
-    for key, (name, value, error) in said.items():
+    for key, (value, error) in the_paper.EXPERIMENT_FIT.items():
         paper = f"{_numeral(value)} ± {error:g}"
         yield _estimated(
-            f"{name}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
+            f"{names[key]}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
         )
-    for key, (name, _, error) in said.items():
+    for key, (_, error) in the_paper.EXPERIMENT_FIT.items():
         if key in study.law.spread:
             yield _plain(
-                f"error of {name}",
+                f"error of {names[key]}",
                 "sec. 4.2",
                 f"± {error:g}",
                 error,

@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CONTACT_DISTANCE_UM = 16.0
-"""A droplet whose outline comes this near to an obstacle is in contact with it, µm: 3 pixels of
-the paper's camera. A film of oil keeps them apart; in the simulation it is the wall."""
+"""A droplet whose outline stops closing the gap this near to an obstacle has met it, µm: 3 pixels
+of the paper's camera. A film of oil keeps them apart; in the simulation it is the wall."""
 
 RELEASE = 1.0
 """A collision is over when the droplet is this many obstacle radii away."""

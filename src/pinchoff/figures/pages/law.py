@@ -16,6 +16,7 @@ from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
 from pinchoff.studies.necks import median_history
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
@@ -26,9 +27,10 @@ if TYPE_CHECKING:
     from pinchoff.support.interval import Estimate
 
 PAPER = {
-    "alpha": "0.083 ± 0.006",
-    "beta": "−0.74 ± 0.03",
-    "w": "0.098 ± 0.006",
+    **{
+        key: f"{numeral(value, 'g')} ± {error}"
+        for key, (value, error) in paper.EXPERIMENT_FIT.items()
+    },
     "epsilon_1": "1",
     "epsilon_2": "−3",
     "epsilon_3": "1",
