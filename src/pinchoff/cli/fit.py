@@ -18,6 +18,7 @@ from pinchoff.cli.options import (
 )
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 LAW = "law.json"
 LAWS = "laws.csv"
 SET_ASIDE = "set_aside.csv"
+COLLISIONS = "collisions.parquet"
 PAGE = "report.html"
 _FIGURES = (
     "separated_outcomes.png",
@@ -37,7 +39,7 @@ _FIGURES = (
     "neck_histograms.png",
     "constant_height.png",
 )
-_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *_FIGURES)
+_FILES = (LAW, LAWS, SET_ASIDE, COLLISIONS, PAGE, FOLDER_PAGE, *_FIGURES)
 
 _FIT = "Fit"
 
@@ -87,7 +89,9 @@ def fit(
     - law.json: α, β, w and free exponents with intervals
     - laws.csv: which quantities the data need
     - set_aside.csv: rows that were not used, and why
+    - collisions.parquet: those that were, in the package's columns
     - report.html: all of it and the figures on one page
+    - explore.html: the collisions to play with, beside the live model
     - the figures as PNG
 
     [bold]Examples[/bold]
@@ -136,6 +140,8 @@ def _report(study: LawStudy) -> dict[str, Any]:
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.collisions.parquet import write_collisions
+    from pinchoff.explorer.page import write_folder_page
     from pinchoff.figures import style
     from pinchoff.figures.pages.law import law_figures, law_page
 
@@ -144,11 +150,13 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
         if frame is not None and len(frame):
             with written_aside(folder / name) as unfinished:
                 frame.to_csv(unfinished, index=False)
+    write_collisions(study.collisions.table, folder / COLLISIONS)
     pictures: list[tuple[Picture, str]] = []
     for name, (axes, caption) in law_figures(study).items():
         style.save(folder / f"{name}.png", axes)
         pictures.append((folder / f"{name}.png", caption))
-    law_page(study, source, pictures).write(folder / PAGE)
+    explorer = FOLDER_PAGE if write_folder_page(folder) else ""
+    law_page(study, source, pictures, explorer).write(folder / PAGE)
 
 
 def _print(study: LawStudy) -> None:

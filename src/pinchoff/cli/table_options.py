@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -61,13 +62,20 @@ def imported(
     from pinchoff.collisions.importing import import_collisions
 
     how = table_pairs(columns, units, constants)
-    given = dict(zip(("--map", "--unit", "--constant"), how.values(), strict=True))
-    try:
+    with named_as_table_options(how):
         return import_collisions(table, **how)
+
+
+@contextmanager
+def named_as_table_options(how: Mapping[str, Mapping[str, str]]) -> Iterator[None]:
+    """Let errors about what an option says name the option."""
+    try:
+        yield
     except InputError as error:
         name = error.argument.removeprefix("unit of ")
-        named = [flag for flag, pairs in given.items() if name in pairs]
-        flag = "--unit" if name != error.argument or name in given["--unit"] else "".join(named[:1])
+        flags = {"columns": "--map", "units": "--unit", "constants": "--constant"}
+        named = [flags[keyword] for keyword, pairs in how.items() if name in pairs]
+        flag = "--unit" if name != error.argument or name in how["units"] else "".join(named[:1])
         if not flag:
             raise
         raise error.renamed(f"{flag} {name}") from None
