@@ -12,8 +12,8 @@ import pinchoff as po
 from pinchoff.collisions.law import Line
 from pinchoff.studies.calibration import fitting, trials
 from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
+from pinchoff.studies.calibration.evaluation import critical_symmetry_of
 from pinchoff.studies.calibration.targets import PRESETS, as_target
-from pinchoff.studies.calibration.trials import effective
 
 CONTROL = np.geomspace(0.04, 0.2, 6)
 QUICK = {"points": 3, "width": 0.02, "scan": 8, "progress": False}
@@ -172,7 +172,7 @@ def test_wrong_targets_are_refused(refused, tmp_path):
     refused("control_range", po.LineTarget, 0.1, -0.7, (0.2, 0.1))
 
 
-# Trials
+# Evaluator
 
 
 def runs(symmetry, broke, necks=0.3):
@@ -195,7 +195,7 @@ def runs(symmetry, broke, necks=0.3):
     ],
 )
 def test_every_outcome_of_a_search_is_a_number(table, critical):
-    assert effective(table, 0.2) == pytest.approx(critical, nan_ok=True)
+    assert critical_symmetry_of(table, 0.2) == pytest.approx(critical, nan_ok=True)
 
 
 # The search

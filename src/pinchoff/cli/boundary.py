@@ -28,7 +28,7 @@ from pinchoff.cli.output import announce, print_table, write_json
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
 TABLE = "boundary.parquet"

@@ -24,7 +24,7 @@ from pinchoff.support.progress import progress_bar
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
     from pinchoff.figures.page import Picture
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"
 LAWS = "laws.csv"
@@ -118,7 +118,7 @@ def fit(
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
-    from pinchoff.fits.study import study_law
+    from pinchoff.fits.law_study import study_law
 
     samples = options["samples"]
     assert isinstance(samples, int)

@@ -29,9 +29,9 @@ from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
     from pinchoff.model.parameters import Parameters
+    from pinchoff.model.results import Collision
 
 RESULTS = "collision.json"
 OUTLINES = "outlines.gsd"

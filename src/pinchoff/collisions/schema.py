@@ -223,9 +223,3 @@ def pandas_type(column: Column) -> Any:
 def synthetic(frame: pd.DataFrame) -> bool:
     """Return whether rows of a table were drawn rather than simulated or measured."""
     return bool(frame["source"].str.startswith(SYNTHETIC).any())
-
-
-def general_reason(reason: str) -> str:
-    """Leave the measured value out of a reason: '<rule>; got <value>; <advice>'."""
-    rule, got, rest = reason.partition("; got ")
-    return f"{rule}; {rest.rpartition('; ')[2]}" if got else rule

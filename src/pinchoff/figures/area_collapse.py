@@ -16,7 +16,7 @@ from pinchoff.support.numerals import numeral
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
 

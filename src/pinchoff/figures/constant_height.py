@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
-from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
-from pinchoff.collisions.segments import (
+from pinchoff.collisions.circle_segments import (
     SMALL_SEGMENT_EXPONENT,
     height_of_symmetry,
     local_exponent,
     segment_area,
 )
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
 from pinchoff.figures import style
 from pinchoff.support import palette
 from pinchoff.support.numerals import numeral

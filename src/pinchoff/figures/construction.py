@@ -18,8 +18,8 @@ from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.model.gsd import Floats
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
+    from pinchoff.model.results import Collision
 
 _LARGE, _SMALL = palette.SKY, palette.YELLOW
 _ARC = palette.GREEN

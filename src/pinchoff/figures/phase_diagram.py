@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pinchoff.fits import LawFit
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
     from pinchoff.studies.sweep.summary import Points
 

@@ -14,8 +14,8 @@ from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, d
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
+    from pinchoff.model.results import Collision
     from pinchoff.support.quantities import PhysicalScale
 
 TRAVEL_UM = 400.0

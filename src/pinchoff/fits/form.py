@@ -117,10 +117,10 @@ class Form:
     @property
     def names(self) -> tuple[str, ...]:
         """The numbers of the law that the coefficients decide, by their keys."""
-        there = {"alpha", "beta", "w", *(EXPONENTS[name].key for name in self.free)}
+        decided = {"alpha", "beta", "w", *(EXPONENTS[name].key for name in self.free)}
         if {"area", "thickness"} & {*self.free}:
-            there.add("epsilon_2")
-        return tuple(key for key in MEANINGS if key in there)
+            decided.add("epsilon_2")
+        return tuple(key for key in MEANINGS if key in decided)
 
     def scaled(self, coefficients: Floats) -> dict[str, float]:
         """Return the numbers of the law, those in `LOGARITHMIC` as logarithms, by their keys.
@@ -181,7 +181,9 @@ class Form:
                 if quantity in self.free:
                     row[_FIRST_FREE + self.free.index(quantity)] = power
         else:
-            quantity = next(each for each in self.free if EXPONENTS[each].key == name)
+            quantity = next(
+                candidate for candidate in self.free if EXPONENTS[candidate].key == name
+            )
             row[_FIRST_FREE + self.free.index(quantity)] = 1.0
             row[_FORCING] = 1.0 - scaled
         return row, 0.0

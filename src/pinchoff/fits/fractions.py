@@ -58,10 +58,10 @@ def broken_fractions(
     total = np.bincount(bins, minlength=len(edges) - 1)
     broken = np.bincount(bins[broke], minlength=len(edges) - 1)
     logs = np.bincount(bins, np.log(breakup_number[inside]), minlength=len(edges) - 1)
-    there = total > 0
-    total, broken = total[there], broken[there]
+    filled = total > 0
+    total, broken = total[filled], broken[filled]
     low, high = wilson_interval(broken, total, confidence)
-    return Fractions(np.exp(logs[there] / total), broken, total, low, high)
+    return Fractions(np.exp(logs[filled] / total), broken, total, low, high)
 
 
 def wilson_interval(

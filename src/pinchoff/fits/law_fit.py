@@ -240,7 +240,7 @@ class LawFit:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; an infinite end of an interval is not finite there either."""
         return {
-            **{name: each._asdict() for name, each in self.estimates.items()},
+            **{name: estimate._asdict() for name, estimate in self.estimates.items()},
             "free": list(self.free),
             "confidence": self.confidence,
             "count": self.count,
@@ -254,7 +254,7 @@ class LawFit:
         }
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name} = {each}" for name, each in self.estimates.items())
+        numbers = ", ".join(f"{name} = {estimate}" for name, estimate in self.estimates.items())
         return f"<LawFit to {self.count} collisions: {numbers}>"
 
     def _bound(self) -> Estimate:

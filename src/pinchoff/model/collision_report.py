@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.collisions.schema import units
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.results import Collision
 
 _PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
 

@@ -108,16 +108,18 @@ class OutlineWriter:
         """
         import gsd.hoomd
 
-        droplets = [Outline(*each) for each in outlines]
-        sizes = np.array([len(np.asarray(each.vertices)) for each in droplets], dtype=np.int64)
-        vertices = stacked([each.vertices for each in droplets])
-        bodies = np.repeat([each.droplet_id for each in droplets], sizes)
-        generations = np.repeat([each.generation for each in droplets], sizes)
+        droplets = [Outline(*droplet) for droplet in outlines]
+        sizes = np.array(
+            [len(np.asarray(outline.vertices)) for outline in droplets], dtype=np.int64
+        )
+        vertices = stacked([outline.vertices for outline in droplets])
+        bodies = np.repeat([outline.droplet_id for outline in droplets], sizes)
+        generations = np.repeat([outline.generation for outline in droplets], sizes)
 
         frame = gsd.hoomd.Frame()
         frame.configuration.step = len(self._file)
         frame.configuration.box = [*[self._grown_box(vertices)] * 2, 0, 0, 0, 0]
-        self._add_particles(frame, vertices, stacked([each.velocities for each in droplets]))
+        self._add_particles(frame, vertices, stacked([outline.velocities for outline in droplets]))
         frame.particles.body = self._with_obstacles(bodies).astype(np.int32)
         frame.particles.diameter = np.concatenate(
             (2.0 * self._obstacles[:, 2], _edge_lengths(droplets))

@@ -16,8 +16,8 @@ from pinchoff import _core
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.flow import Flow
-from pinchoff.model.outcomes import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError
 from pinchoff.support.progress import Show, progress_bar, shifted

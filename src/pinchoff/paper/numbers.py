@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pinchoff.collisions.circle_segments import (
+    SMALL_SEGMENT_EXPONENT,
+    area_ratio_bound,
+    segment_area,
+)
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, transition_factor
-from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (

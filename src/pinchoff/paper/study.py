@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.collisions.importing import ImportedCollisions, import_collisions
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, breakup_number
 from pinchoff.fits.law_fit import fit_law
-from pinchoff.fits.study import study_law
+from pinchoff.fits.law_study import study_law
 from pinchoff.model.parameters import Parameters, PhysicalScale
 from pinchoff.model.simulation import simulate, simulate_many
 from pinchoff.studies.boundary import boundary
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.fits import LawFit
-    from pinchoff.fits.study import LawStudy
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.fits.law_study import LawStudy
+    from pinchoff.model.results import Collision
     from pinchoff.studies.boundary.search import Boundary
 
 CAPILLARY = (16, 20, 25, 32, 40, 50, 64, 80)

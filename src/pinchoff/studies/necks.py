@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.results import Collision
 
 Floats = NDArray[np.float64]
 
@@ -121,7 +121,9 @@ def thinning_history(collision: Collision) -> ThinningHistory:
         advice = "use simulate(Parameters.from_physical(...), outlines=0.01)"
         raise InputError.of("collision", rule, collision, advice)
     before = np.flatnonzero(outlines.times < collision.breakup_time)
-    necks = np.array([min(outlines.neck(each)[0] for each in outlines[k]) for k in before.tolist()])
+    necks = np.array(
+        [min(outlines.neck(outline)[0] for outline in outlines[k]) for k in before.tolist()]
+    )
     measured = np.isfinite(necks)
     times = np.append(outlines.times[before][measured], collision.breakup_time)
     end = float(times[-1]) * scale.time_unit_s

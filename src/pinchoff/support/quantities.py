@@ -36,8 +36,8 @@ def capillary_number(
     viscosity_mPa_s, speed_mm_s, surface_tension_mN_m : array_like, shape (...)
     """
     viscosity, speed, tension = (
-        np.asarray(each, dtype=np.float64)
-        for each in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
+        np.asarray(values, dtype=np.float64)
+        for values in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
     )
     return np.asarray(viscosity * speed / tension * 1e-3, dtype=np.float64)
 

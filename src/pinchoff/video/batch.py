@@ -216,15 +216,15 @@ def _fresh(
 ) -> dict[str, Any]:
     import cv2
 
+    from pinchoff.video.choice import Choice
     from pinchoff.video.clips import Measured, measure_clip
-    from pinchoff.video.levels import Calibrated
 
     cv2.setNumThreads(1)  # clips run side by side
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     recorders: list[clip_folder.ClipRecorder] = []
 
-    def begin(calibrated: Calibrated, obstacles: Any) -> Callable[[Measured], object]:
+    def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
         recorders.append(clip_folder.ClipRecorder(folder, name, settings, obstacles, overlay))
         return recorders[0].append
 
@@ -248,7 +248,9 @@ def _fresh(
         "duration_s": result.duration_s,
         "tracks": result.track_count,
         "obstacles": result.obstacles.tolist(),
-        "thresholds": result.calibrated.thresholds(),
+        "method": result.choice.method,
+        "scores": result.choice.scores(),
+        "thresholds": result.choice.thresholds(),
         "settings": settings.model_dump(mode="json"),
         "warning": result.warning,
     }

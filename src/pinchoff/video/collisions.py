@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import RELEASE, Encounter, gap_to_circle, thinnest_neck
-from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
@@ -12,6 +13,12 @@ from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""
+
+SMALLEST_DROPLET_PX = 11.0
+"""Smallest diameter that is looked for unless one is given, pixels: a rim and an inside show."""
+
+METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
+"""Segmentations, by name."""
 
 
 _Level: TypeAlias = Annotated[Number, Field(ge=0, le=255)]
@@ -134,11 +141,17 @@ class VideoSettings(Checked):
     clicks: tuple[tuple[WholeNumber, Number, Number], ...] = explained(
         "a list of [frame, x, y]", "places inside droplets", default=()
     )
-    minimum_diameter_um: Number = number(0.0, 1e5, "the smallest droplet in µm", default=60.0)
+    minimum_diameter_um: Number | None = _derived(0.0, 1e5, "the smallest droplet in µm")
+    method: str | None = explained(
+        "one of " + ", ".join(METHOD_NAMES), "how droplets are told", default=None
+    )
     packed: bool = explained("true or false", "whether droplets fill the view", default=False)
     maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
     rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
     rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
+    find_obstacles: bool = explained(
+        "true or false", "whether pillars of any radius are looked for", default=False
+    )
     obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
         "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
     )
@@ -158,11 +171,17 @@ class VideoSettings(Checked):
 
     @model_validator(mode="after")
     def _agrees(self) -> Self:
-        largest, smallest = self.maximum_diameter_um, self.minimum_diameter_um
+        if self.method is not None and self.method not in METHOD_NAMES:
+            rule, advice = "one of " + ", ".join(METHOD_NAMES), "or leave it out: the clip decides"
+            raise InputError.of("method", rule, self.method, advice)
+        smallest = self.minimum_diameter_um
+        if smallest is None:
+            smallest = SMALLEST_DROPLET_PX * self.pixel_size_um
+        largest = self.maximum_diameter_um
         if largest is not None and not largest > smallest:
             rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
             raise InputError.of("maximum_diameter_um", rule, largest, advice)
-        if self.packed and smallest < SMALLEST_RIM_PX * self.pixel_size_um:
+        if self.method == "packed" and smallest < SMALLEST_RIM_PX * self.pixel_size_um:
             rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
             got = f"{smallest:g} µm, {smallest / self.pixel_size_um:.3g} pixels"
             raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
@@ -171,7 +190,17 @@ class VideoSettings(Checked):
             raise InputError.of("lattice", "left out beside obstacles", "both", advice)
         return self
 
+    @model_validator(mode="before")
+    @classmethod
+    def _packed_is_a_method(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("packed") is True and not given.get("method"):
+            return {**given, "method": "packed"}
+        return given
+
     @property
     def minimum_area_px(self) -> float:
         """Area of the smallest droplet, pixels."""
-        return 0.785 * (self.minimum_diameter_um / self.pixel_size_um) ** 2
+        smallest = SMALLEST_DROPLET_PX
+        if self.minimum_diameter_um is not None:
+            smallest = self.minimum_diameter_um / self.pixel_size_um
+        return 0.25 * math.pi * smallest**2

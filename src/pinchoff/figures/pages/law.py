@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from pinchoff.figures.page import Picture
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.fits.law_study import LawStudy
     from pinchoff.support.interval import Estimate
 
 PAPER = {

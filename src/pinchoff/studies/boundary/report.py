@@ -8,7 +8,7 @@ from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
 
