@@ -11,7 +11,7 @@ import numpy as np
 
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.page import Page
-from pinchoff.figures.video import histograms, timeline
+from pinchoff.figures.video_histograms import histograms, timeline
 from pinchoff.video import clip_folder
 
 if TYPE_CHECKING:
