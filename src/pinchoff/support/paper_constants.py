@@ -49,3 +49,5 @@ SIMULATION_ALPHA, SIMULATION_BETA = 0.089, -0.72
 """Separating line of the simulations."""
 WIDTH = 0.098
 """w of the fit to the experiments."""
+ALPHA_ERROR, BETA_ERROR, WIDTH_ERROR = 0.006, 0.03, 0.006
+"""Errors that the paper states for the experiments' α, β and w."""

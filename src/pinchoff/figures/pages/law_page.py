@@ -16,6 +16,7 @@ from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
 from pinchoff.studies.necks import median_history
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
@@ -26,9 +27,9 @@ if TYPE_CHECKING:
     from pinchoff.support.interval import Estimate
 
 PAPER = {
-    "alpha": "0.083 ± 0.006",
-    "beta": "−0.74 ± 0.03",
-    "w": "0.098 ± 0.006",
+    "alpha": f"{paper.EXPERIMENT_ALPHA} ± {paper.ALPHA_ERROR}",
+    "beta": f"{numeral(paper.EXPERIMENT_BETA)} ± {paper.BETA_ERROR}",
+    "w": f"{paper.WIDTH} ± {paper.WIDTH_ERROR}",
     "epsilon_1": "1",
     "epsilon_2": "−3",
     "epsilon_3": "1",
