@@ -24,6 +24,7 @@ ROOMS = (
     "video",
     "chamber",
     "figures",
+    "explorer",
     "paper",
     "cli",
 )

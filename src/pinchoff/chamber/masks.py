@@ -69,11 +69,10 @@ def write_gds(chamber: Chamber, path: Path) -> None:
 
     Examples
     --------
-    >>> import tempfile
+    >>> from pathlib import Path
     >>> from pinchoff.chamber import Chamber
-    >>> path = Path(tempfile.mkdtemp()) / "chamber.gds"
-    >>> write_gds(Chamber(), path)
-    >>> path.exists()
+    >>> write_gds(Chamber(), Path("mask.gds"))
+    >>> Path("mask.gds").exists()
     True
     """
     with written_aside(path) as unfinished:
@@ -85,11 +84,10 @@ def write_oasis(chamber: Chamber, path: Path) -> None:
 
     Examples
     --------
-    >>> import tempfile
+    >>> from pathlib import Path
     >>> from pinchoff.chamber import Chamber
-    >>> path = Path(tempfile.mkdtemp()) / "chamber.oas"
-    >>> write_oasis(Chamber(), path)
-    >>> path.exists()
+    >>> write_oasis(Chamber(), Path("mask.oas"))
+    >>> Path("mask.oas").exists()
     True
     """
     with written_aside(path) as unfinished:
@@ -121,6 +119,14 @@ def write_dxf(chamber: Chamber, path: Path) -> None:
     """Write the mask as DXF in µm, complete or not at all.
 
     Outlines and holes are closed polylines on the layer of their region.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_dxf(Chamber(), Path("mask.dxf"))
+    >>> Path("mask.dxf").exists()
+    True
     """
     from ezdxf.enums import InsertUnits
     from ezdxf.filemanagement import new

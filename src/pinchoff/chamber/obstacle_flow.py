@@ -96,10 +96,12 @@ def flow_around(
 
     Examples
     --------
-    With the flow that `check_flow` computed:
-
-    >>> flow = flow_around(check)  # doctest: +SKIP
-    >>> po.simulate(po.Parameters(), flow=flow)  # doctest: +SKIP
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> along, across = flow_around(check).velocity(np.array([[-2.0, 0.0]]))[0]
+    >>> bool(0.8 < along < 1.2), bool(abs(across) < 0.05)
+    (True, True)
     """
     obstacle = check.central_obstacle() if obstacle is None else obstacle
     diameter = check.chamber.operation.droplet_diameter_um
@@ -160,6 +162,15 @@ def compare_with_stokes(
         Ca_sim of the points of the lines.
     progress : bool, optional
         As for `pinchoff.boundary`.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> compared = compare_with_stokes(check, capillary_numbers=[80.0])
+    >>> compared.in_stokes.outcome
+    'broke'
     """
     obstacle = check.central_obstacle()
     parameters = collision_parameters(check, obstacle, OFFSET)

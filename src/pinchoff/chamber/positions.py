@@ -53,8 +53,9 @@ def in_frame(
     Examples
     --------
     >>> from pinchoff.chamber import Chamber
-    >>> in_frame(Chamber())["obstacle_radius_px"].round(2).unique().tolist()
-    [16.1]
+    >>> pillars = in_frame(Chamber(), pixel_size_um=5.28, frame_px=(640, 512))
+    >>> len(pillars), set(pillars["obstacle_radius_um"])
+    (10, {85.0})
     """
     if not finite_or_nan(pixel_size_um) > 0:
         advice = "give the size of a pixel in µm"

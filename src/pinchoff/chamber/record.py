@@ -66,13 +66,14 @@ def read_design(path: str | os.PathLike[str]) -> Chamber:
 
     Examples
     --------
-    >>> import json, tempfile
+    >>> import json
     >>> from pathlib import Path
     >>> from pinchoff.chamber import Chamber
-    >>> path = Path(tempfile.mkdtemp()) / "design.json"
-    >>> _ = path.write_text(json.dumps(design_record(Chamber(thickness_um=45))))
-    >>> read_design(path).thickness_um
-    45.0
+    >>> from pinchoff.chamber.record import design_record
+    >>> wide = Chamber(imaging={"rows": 6})
+    >>> size = Path("design.json").write_text(json.dumps(design_record(wide)))
+    >>> read_design("design.json") == wide
+    True
     """
     from pinchoff.chamber.design import Chamber
 

@@ -67,6 +67,9 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     >>> from pinchoff.chamber import Chamber
     >>> check_rules(Chamber())
     []
+    >>> narrow = Chamber(rules={"on_violation": "warn"}, junction={"orifice_width_um": 18})
+    >>> print(*check_rules(narrow))
+    gap at (5774, 0) µm: the fluid is narrower than 21.25 µm
     """
     layout = chamber.layout if layout is None else layout
     gap, wall = chamber.least_gap_um, chamber.least_wall_um

@@ -18,6 +18,8 @@ from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
 from pinchoff.cli.examples import examples
+from pinchoff.cli.explore import explore
+from pinchoff.cli.export import export
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.options import RENAMED
@@ -45,8 +47,8 @@ app = typer.Typer(
 )
 _COMMANDS = {
     "Begin": (examples,),
-    "Simulate": (run, sweep, summary, boundary, calibrate),
-    "Measure": (video, compare, film),
+    "Simulate": (run, explore, sweep, summary, boundary, calibrate),
+    "Measure": (video, compare, export, film),
     "The break-up law": (fit, virtual),
     "The device": (chamber,),
     "The paper": (reproduce,),

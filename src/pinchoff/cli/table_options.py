@@ -28,6 +28,23 @@ Constants = Annotated[
 ]
 
 
+def table_pairs(
+    columns: Sequence[str] | None, units: Sequence[str] | None, constants: Sequence[str] | None
+) -> dict[str, dict[str, str]]:
+    """Return what the options about a table say, as `import_collisions` takes it.
+
+    Raises
+    ------
+    InputError
+        What stands behind an option is no pair, or a name is given twice.
+    """
+    return {
+        "columns": read_pairs("--map", columns, "symmetry=S_meas"),
+        "units": read_pairs("--unit", units, "area=mm^2"),
+        "constants": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
+    }
+
+
 def imported(
     table: Path,
     columns: Sequence[str] | None,
@@ -43,12 +60,8 @@ def imported(
     """
     from pinchoff.collisions.importing import import_collisions
 
-    given = {
-        "--map": read_pairs("--map", columns, "symmetry=S_meas"),
-        "--unit": read_pairs("--unit", units, "area=mm^2"),
-        "--constant": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
-    }
-    how = dict(zip(("columns", "units", "constants"), given.values(), strict=True))
+    how = table_pairs(columns, units, constants)
+    given = dict(zip(("--map", "--unit", "--constant"), how.values(), strict=True))
     try:
         return import_collisions(table, **how)
     except InputError as error:

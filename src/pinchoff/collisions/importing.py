@@ -120,6 +120,18 @@ def import_collisions(
     InputError
         The source cannot be read; a name or unit is wrong; there is no outcome, no symmetry, or
         nothing that gives Ca, Ã or z̃.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> table = pd.DataFrame({
+    ...     "S": [0.9, 0.3, 0.5], "broke": ["yes", "no", ""], "capillary_number": 0.0024,
+    ...     "area_mm2": 0.18, "radius": 85.0, "normalized_thickness": 1.0})
+    >>> found = import_collisions(
+    ...     table, columns={"symmetry": "S", "obstacle_radius": "radius"},
+    ...     units={"obstacle_radius": "um"})
+    >>> found.table["normalized_area"].round(1).tolist(), found.reasons()
+    ([24.9, 24.9], {'outcome not known': 1})
     """
     frame, name = _frame(source)
     places = find_columns(frame, columns or {}, units or {})

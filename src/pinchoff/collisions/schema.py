@@ -151,7 +151,13 @@ SYNTHETIC = "synthetic"
 
 
 def units() -> dict[str, str]:
-    """Return the unit of every column, by name."""
+    """Return the unit of every column, by name.
+
+    Examples
+    --------
+    >>> units()["contact_time"], units()["area_um2"]
+    ('t0', 'µm²')
+    """
     return {column.name: column.unit for column in COLUMNS}
 
 
@@ -192,6 +198,12 @@ def measured_table(
     -------
     DataFrame
         With the units in ``attrs["units"]``.
+
+    Examples
+    --------
+    >>> table = measured_table({"source": np.array(["notebook"]), "symmetry": np.array([0.8])})
+    >>> table["symmetry"].tolist(), table["capillary_number"].isna().tolist()
+    ([0.8], [True])
     """
     count = len(columns["source"])
     unsaid = {"bool": True, "str": "", "boolean": None, "float64": math.nan}

@@ -13,7 +13,7 @@ from pinchoff.figures import style
 from pinchoff.support import palette
 from pinchoff.support.numerals import numeral
 from pinchoff.video.overlay import rgb_of
-from pinchoff.video.reading import Clip
+from pinchoff.video.scale import clip_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -68,7 +68,7 @@ def _shown(comparison: Comparison) -> NDArray[np.intp]:
 
 def _images(comparison: Comparison, wanted: set[int]) -> dict[int, tuple[float, NDArray[np.uint8]]]:
     found = {}
-    for frame in Clip(comparison.source).frames():
+    for frame in clip_of(comparison.source, comparison.settings).frames():
         if frame.number in wanted:
             found[frame.number] = (frame.time_s, rgb_of(frame))
         if len(found) == len(wanted):

@@ -306,6 +306,13 @@ def fit_law(
     -----
     UserWarning
         Rows were set aside, or there are so few that the intervals are wide.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> fit = po.fit_law(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
+    >>> print(f"{fit.alpha.value:.3f} {fit.beta.value:.2f} {fit.w.value:.2f}")
+    0.086 -0.73 0.08
     """
     confidence = checked_confidence(confidence)
     advice = "use 0.088, or 0 for none"

@@ -96,6 +96,15 @@ def simulate(
     -----
     UserWarning
         There are several obstacles and no flow: the Stokes flow knows the first only.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collision = po.simulate(po.Parameters(offset=0.02), outlines=True)
+    >>> collision.outcome, round(collision.symmetry, 3), collision.droplet_count
+    ('broke', 0.911, 2)
+    >>> len(collision.outlines.times)
+    85
     """
     _require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
@@ -197,6 +206,13 @@ def simulate_many(
     -----
     RuntimeWarning
         Guards stopped some of the runs; says how many.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> runs = po.simulate_many([po.Parameters(offset=y, follow_daughters=False) for y in (0, 0.2)])
+    >>> runs["broke"].tolist(), runs.attrs["units"]["contact_time"]
+    ([True, False], 't0')
     """
     from pinchoff.collisions import schema
 

@@ -93,22 +93,17 @@ def numbers(study: Study) -> list[Number]:
 
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
-    alpha, beta = the_paper.EXPERIMENT_ALPHA, the_paper.EXPERIMENT_BETA
-    said = {
-        "alpha": ("prefactor α", alpha, the_paper.ALPHA_ERROR),
-        "beta": ("exponent β", beta, the_paper.BETA_ERROR),
-        "w": ("width w", the_paper.WIDTH, the_paper.WIDTH_ERROR),
-    }
+    names = {"alpha": "prefactor α", "beta": "exponent β", "w": "width w"}
     estimates = study.law.intervals[PROFILE]
-    for key, (name, value, error) in said.items():
+    for key, (value, error) in the_paper.EXPERIMENT_FIT.items():
         paper = f"{_numeral(value)} ± {error:g}"
         yield _estimated(
-            f"{name}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
+            f"{names[key]}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
         )
-    for key, (name, _, error) in said.items():
+    for key, (_, error) in the_paper.EXPERIMENT_FIT.items():
         if key in study.law.spread:
             yield _plain(
-                f"error of {name}",
+                f"error of {names[key]}",
                 "sec. 4.2",
                 f"± {error:g}",
                 error,

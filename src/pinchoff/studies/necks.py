@@ -95,6 +95,12 @@ def last_frame_necks(
     -------
     ndarray, shape (m,)
         µm; NaN where the history begins later.
+
+    Examples
+    --------
+    >>> history = ThinningHistory([0.0, 1.0, 2.0], [80.0, 40.0, 0.0], breakup_time_s=2.0)
+    >>> last_frame_necks(history, frame_rate=2.0, phases=[0.5, 1.0]).tolist()
+    [10.0, 20.0]
     """
     rate = checked_positive("frame_rate", frame_rate, "use 60")
     shares = (np.arange(200) + 0.5) / 200 if phases is None else np.asarray(phases, float)

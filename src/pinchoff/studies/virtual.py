@@ -109,6 +109,12 @@ def virtual_experiment(
     ------
     InputError
         An argument is wrong.
+
+    Examples
+    --------
+    >>> table = virtual_experiment(seed=1, n=1000)
+    >>> len(table), table["source"].iloc[0]
+    (1000, 'synthetic, by law')
     """
     checked_whole("seed", seed, "use 1", low=0)
     n = checked_whole("n", n, f"use {paper.COLLISION_COUNT}", low=1, high=10_000_000)

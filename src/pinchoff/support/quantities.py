@@ -34,6 +34,11 @@ def capillary_number(
     Parameters
     ----------
     viscosity_mPa_s, speed_mm_s, surface_tension_mN_m : array_like, shape (...)
+
+    Examples
+    --------
+    >>> float(capillary_number(48, 1.0, 20).round(6))
+    0.0024
     """
     viscosity, speed, tension = (
         np.asarray(values, dtype=np.float64)
@@ -48,7 +53,13 @@ def reynolds_number(
     length_um: float,
     viscosity_mPa_s: float,  # noqa: N803
 ) -> float:
-    """Return Re = ρvL/μ, dimensionless."""
+    """Return Re = ρvL/μ, dimensionless.
+
+    Examples
+    --------
+    >>> round(reynolds_number(960, 2.0, 120, 48), 6)
+    0.0048
+    """
     # 1 kg/m³ mm/s µm/(mPa s) is 1e-6.
     return density_kg_m3 * speed_mm_s * length_um / viscosity_mPa_s * 1e-6
 
@@ -79,6 +90,14 @@ class PhysicalScale(Checked):
     ------
     InputError
         A value is missing, not finite or not positive.
+
+    Examples
+    --------
+    >>> scale = PhysicalScale(
+    ...     diameter_um=481, speed_mm_s=1, obstacle_radius_um=85, thickness_um=85,
+    ...     viscosity_mPa_s=48, surface_tension_mN_m=20)
+    >>> round(scale.size_ratio, 3), scale.time_unit_s
+    (5.659, 0.481)
     """
 
     diameter_um: Annotated[Number, _positive("the undeformed droplet's diameter D0 in µm")]
@@ -235,6 +254,11 @@ def magnitude_of(name: str, value: Physical, unit: str) -> float:
     ------
     InputError
         It has no unit or the wrong one, or is not finite.
+
+    Examples
+    --------
+    >>> magnitude_of("width", "0.2 mm", "um")
+    200.0
     """
     return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
 
@@ -254,6 +278,11 @@ def unit_factor(name: str, text: str, unit: str) -> float:
     ------
     InputError
         It is no unit, or one of something else.
+
+    Examples
+    --------
+    >>> unit_factor("speed", "m/s", "mm/s")
+    1000.0
     """
     kind, example = KINDS[unit]
     try:

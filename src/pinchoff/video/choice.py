@@ -38,7 +38,7 @@ _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 _AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
-_SMALL = 0.2  # of the usual diameter: what is smaller is none of the droplets
+_SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 
 
 class Trial(NamedTuple):
@@ -144,7 +144,7 @@ def _spots(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
 
 
 def _packed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
-    px = settings.pixel_size_um
+    px = settings.pixel_um
     smallest = max(SMALLEST_RIM_PX, 2.0 * math.sqrt(settings.minimum_area_px / math.pi))
     largest = max(smallest, min(sample.frames[0].luma.shape) / _PARTS_OF_VIEW)
     if settings.maximum_diameter_um is not None:

@@ -16,9 +16,11 @@ from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
-from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.reading import Frame
+from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event, Tracker
+from pinchoff.video.workers import segmented
 
 Floats = NDArray[np.float64]
 
@@ -88,6 +90,8 @@ def measure_clip(
     path: Path,
     settings: VideoSettings,
     begin: Callable[[Choice, Floats], Callable[[Measured], object]] | None = None,
+    *,
+    processes: int = 1,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -101,13 +105,16 @@ def measure_clip(
     begin : callable, optional
         Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
         what it returns is called with every frame that is measured.
+    processes : int, optional
+        How many look for droplets at the same time; the results do not depend on it.
 
     Raises
     ------
     InputError
         The clip cannot be read.
     """
-    clip = Clip(path, settings.fps)
+    clip = clip_of(path, settings)
+    settings, notes = scaled(clip, settings)
     choice = choose(sample(clip.frames(sparse=True)), settings)
     obstacles = clip_obstacles(choice.background, settings)
     on_frame = None if begin is None else begin(choice, obstacles)
@@ -115,8 +122,8 @@ def measure_clip(
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     count, duration = 0, 0.0
-    for frame in clip.frames():
-        droplets = tracker.resolved(frame.number, segmenter.droplets(frame))
+    for frame, found in segmented(clip.frames(), segmenter, processes):
+        droplets = tracker.resolved(frame.number, found)
         tracks, events = tracker.step(frame.number, droplets)
         over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:
@@ -125,7 +132,8 @@ def measure_clip(
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    warning = clip.warning or ("" if tracker.count else _NOTHING_FOUND)
+    notes += [clip.warning] if clip.warning else []
+    warning = "; ".join(notes if tracker.count else [*notes, _NOTHING_FOUND])
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
 
 
@@ -139,13 +147,13 @@ def clip_obstacles(background: Background, settings: VideoSettings) -> Floats:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
     if settings.lattice is not None:
         height, width = background.luma.shape
-        return lattice_obstacles(settings.lattice, settings.pixel_size_um, (width, height))
+        return lattice_obstacles(settings.lattice, settings.pixel_um, (width, height))
     radius = settings.laboratory.obstacle_radius_um
     if radius is None:
         if not settings.find_obstacles:
             return np.empty((0, 3))
         return find_obstacles(background)
-    radius_px = radius / settings.pixel_size_um
+    radius_px = radius / settings.pixel_um
     found = find_obstacles(background, radius_px)
     found[:, 2] = radius_px  # known better than the blurred edge shows it
     return found

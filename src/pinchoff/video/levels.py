@@ -123,7 +123,7 @@ def _at_ring(
         if width > 0.0:
             break  # else the ring is wider than the profiles reach
     if settings.ring_width_um is not None:
-        width = settings.ring_width_um / settings.pixel_size_um
+        width = settings.ring_width_um / settings.pixel_um
     return replace(levels, ring_width=width)
 
 

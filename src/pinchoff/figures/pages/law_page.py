@@ -27,9 +27,10 @@ if TYPE_CHECKING:
     from pinchoff.support.interval import Estimate
 
 PAPER = {
-    "alpha": f"{paper.EXPERIMENT_ALPHA} ± {paper.ALPHA_ERROR}",
-    "beta": f"{numeral(paper.EXPERIMENT_BETA)} ± {paper.BETA_ERROR}",
-    "w": f"{paper.WIDTH} ± {paper.WIDTH_ERROR}",
+    **{
+        key: f"{numeral(value, 'g')} ± {error}"
+        for key, (value, error) in paper.EXPERIMENT_FIT.items()
+    },
     "epsilon_1": "1",
     "epsilon_2": "−3",
     "epsilon_3": "1",

@@ -106,6 +106,14 @@ class Boundary:
         ------
         InputError
             Too few points were found, or an argument is wrong.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> capillary = {"simulation_capillary_number": [20, 40, 80]}
+        >>> line = po.boundary(po.Parameters(), capillary, width=0.02, scan=12)
+        >>> round(line.fit().beta.value, 1)
+        -0.7
         """
         if speed not in ("flow", "contact"):
             raise InputError.of("speed", "'flow' or 'contact'", speed, "choose one of them")

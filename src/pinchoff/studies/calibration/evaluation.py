@@ -50,8 +50,7 @@ class Evaluation:
     objective : float
         Its distance from the target, as the target defines it.
     critical_symmetry : ndarray, shape (n,)
-        S_c at each place; above 1 where not even a head-on droplet breaks, see
-        `critical_symmetry_of`.
+        S_c at each place, as of `critical_symmetry_of`; above 1: not even a head-on droplet breaks.
     status : tuple of n str
         As in `pinchoff.studies.boundary.bracketing.STATUSES`, or `REFUSED`.
     runs, failed_runs : int
@@ -194,12 +193,9 @@ class Evaluator:
                 progress=False,
                 **self._options,
             )
-        critical = np.array(
-            [
-                critical_symmetry_of(runs, model.neck_thickness)
-                for _, runs in line.runs.groupby("point")
-            ]
-        )
+        points = line.runs.groupby("point")
+        thinnest = model.neck_thickness
+        critical = np.array([critical_symmetry_of(runs, thinnest) for _, runs in points])
         decided = bool(np.isfinite(critical).all())
         return Evaluation(
             dict(changes),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,11 @@ class Landscape:
     best: tuple[float, float]
 
 
+def has_meaning(names: Iterable[str], model: Parameters) -> bool:
+    """Tell whether all of some constants have a meaning in a model; ``conversion`` always has."""
+    return all(getattr(model, name, 0.0) is not None for name in names)
+
+
 def landscape(
     evaluator: Evaluator, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
 ) -> Landscape:
@@ -71,22 +77,18 @@ def landscape(
         Their values, shapes (nx,) and (ny,).
     """
     x, y = grid
-    objective = np.array(
-        [
-            [
-                evaluator({**best.changes, names[0]: float(a), names[1]: float(b)}).objective
-                for a in x
-            ]
-            for b in y
-        ]
-    )
+
+    def objective(*values: float) -> float:
+        return evaluator({**best.changes, **dict(zip(names, values, strict=True))}).objective
+
+    surface = np.array([[objective(a, b) for a in x.tolist()] for b in y.tolist()])
     model = evaluator.parameters(best.changes)
     place = (float(getattr(model, names[0])), float(getattr(model, names[1])))
-    return Landscape(names, x, y, objective, place)
+    return Landscape(names, x, y, surface, place)
 
 
 def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
-    """Return how much S_c answers to each of `CONSTANTS`, about the best set.
+    """Return how much S_c answers to each of `CONSTANTS` that the model has, about the best set.
 
     Each constant is made a fifth larger and a fifth smaller (N_v: a quarter, to a multiple of 4),
     the others kept; what follows from one by default, as k̃_a and ε̃_w do from γ̃, follows it.
@@ -103,6 +105,8 @@ def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
     model = evaluator.parameters(best.changes)
     rows = []
     for name in CONSTANTS:
+        if not has_meaning((name,), model):
+            continue
         ends = _ends(name, model)
         low, high = (evaluator({**best.changes, name: end}) for end in ends)
         change = np.log(high.critical_symmetry / low.critical_symmetry)
