@@ -143,7 +143,7 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
     from pinchoff.collisions.parquet import write_collisions
     from pinchoff.explorer.page import write_folder_page
     from pinchoff.figures import style
-    from pinchoff.figures.pages.law import law_figures, law_page
+    from pinchoff.figures.pages.law_page import law_figures, law_page
 
     write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
@@ -160,7 +160,7 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
 
 
 def _print(study: LawStudy) -> None:
-    from pinchoff.figures.pages.law import interval, signed_number
+    from pinchoff.figures.pages.law_page import interval, signed_number
     from pinchoff.fits.form import SYMBOLS
 
     rows = []

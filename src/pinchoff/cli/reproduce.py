@@ -69,7 +69,7 @@ def reproduce(
     """
     from pinchoff.paper import reproduce as remake
     from pinchoff.paper.make import remove_reproduction
-    from pinchoff.paper.page import reproduction_page
+    from pinchoff.paper.reproduction_page import reproduction_page
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
@@ -98,7 +98,7 @@ def _bar() -> Iterator[Callable[[str, int, int], object] | None]:
 
 
 def _print(made: Reproduction) -> None:
-    from pinchoff.paper.page import verdicts
+    from pinchoff.paper.reproduction_page import verdicts
 
     if made.numbers:
         print(verdicts(made))
