@@ -99,7 +99,13 @@ def imported(
 
     how = table_pairs(columns, units, constants)
     with named_as_table_options(how):
-        return import_collisions(table, **how, **reading)
+        return import_collisions(
+            table,
+            columns=how["columns"],
+            units=how["units"],
+            constants=how["constants"],
+            **reading,
+        )
 
 
 @contextmanager
