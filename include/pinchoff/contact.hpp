@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "droplet.hpp"
+#include "front.hpp"
 #include "neighbours.hpp"
 
 namespace pinchoff {
@@ -30,11 +31,23 @@ struct ContactLists {
 /// that nothing passes through an obstacle between two looks.
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
 
+/// How far from an obstacle's surface a vertex feels it. With front tracking it does so on the
+/// surface, and next to an obstacle that an edge is to be kept out of.
+inline double wall_range(const Ring& ring, const Obstacle& o) {
+    if (!tracks_front(ring)) return 0.5 * ring.rest_length;
+    return edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring);
+}
+
+/// No vertex feels an obstacle from further away, also when edges have grown a good deal longer.
+inline double longest_wall_range(const Ring& ring) {
+    return tracks_front(ring) ? 2.0 * edge_scale(ring) : 0.5 * ring.rest_length;
+}
+
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
 /// stays complete. `distance2` is room for one value a chunk.
 inline double list_wall(ContactLists& lists, const Droplet& d, int index, const Obstacle& o,
                         const double* distance2) {
-    const double touch = o.radius + 0.5 * d.ring.rest_length, margin = wall_margin(o);
+    const double touch = o.radius + wall_range(d.ring, o), margin = wall_margin(o);
     const int chunks = d.ring.padded / kLanes;
     const double nearest = std::sqrt(*std::min_element(distance2, distance2 + chunks)) - touch;
     if (nearest > margin) return nearest;
@@ -143,7 +156,7 @@ struct PairRoom {
 inline PairRoom list_pair(ContactLists& lists, const Ring& a, int index_a, const Box& box_a,
                           const Ring& b, int index_b, const Box& box_b, Vec2 image) {
     // A list is built wider than the contact's range by what both sides may move.
-    const double range = 0.5 * touch_of(a, b).length, margin = range;
+    const double margin = 0.5 * touch_of(a, b).length, range = tracks_front(a) ? 0.0 : margin;
     const double apart = gap(box_a, shifted(box_b, image)) - range;
     if (apart > 2.0 * margin) return {0.5 * apart, 0.0};
     return {margin,

@@ -28,7 +28,7 @@ struct DropletLook {
                   std::numeric_limits<double>::infinity()};
     bool scanned = false;  // whether `neck` is of this instant
     double neck_room =
-        -1.0;  // how far the vertices may still move before a neck can be thin enough
+        -1.0;             // how far the vertices may still move before a neck can be thin enough
     double thinnest = 0;  // no chord across is shorter
     double relative = 0, drift = 0;  // path over the last block: relative to the drift, and its own
 };
@@ -157,14 +157,17 @@ private:
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 19 * stride;
+        double** const arrays[] = {&ring.x,      &ring.y,       &ring.vx,      &ring.vy,
+                                   &ring.pull_x, &ring.pull_y,  &ring.push_x,  &ring.push_y,
+                                   &ring.path,   &ring.fluid_x, &ring.fluid_y, &ring.mid_x,
+                                   &ring.mid_y,  &ring.length,  &ring.slide};
+        const std::size_t total = std::size(arrays) * stride + 2 * state_size_;
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
-        for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path, &ring.fluid_x, &ring.fluid_y}) {
+        for (double** a : arrays) {
             *a = next + kLanes;
             next += stride;
         }

@@ -212,6 +212,7 @@ private:
             boxes_[i] = grown(d.seen.survey.box, 0.5 * d.ring.rest_length);
             ways_[i] = (kWayFactor * d.seen.survey.speed + kWaySpeed) * window();
             d.travelled = 0;
+            d.sought = false;  // so that what is known of neighbours is no part of the state
             d.place = static_cast<int>(i);
             d.remember();
         });
@@ -237,6 +238,8 @@ private:
         parent_.resize(boxes_.size());
         std::iota(parent_.begin(), parent_.end(), 0);
         for (const DropletPair& p : pairs_) join(p.first, p.second);
+        for (std::size_t i = 1; i < boxes_.size() && world_.exhaustive; ++i)
+            join(0, static_cast<int>(i));
         place_.assign(boxes_.size(), -1);
         groups_.clear();
         for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {
@@ -448,7 +451,6 @@ inline void Emulsion::bring_back() {
         const double j = turns(mean(d.ring.y, d.ring.count), settings_.cell.bottom, period.y);
         if (i == 0.0 && j == 0.0) continue;
         d.move_by({-i * period.x, -j * period.y});
-        d.sought = false;
     }
 }
 
@@ -517,9 +519,6 @@ inline void Emulsion::let_one_in(const Start& start) {
     draw_next();
 }
 
-/// Numbers of one droplet's state before its contacts and its vertices.
-inline constexpr std::size_t kDropletNumbers = 14;
-
 inline std::vector<double> Emulsion::state() const {
     const auto* balance = reinterpret_cast<const double*>(&balance_);
     std::vector<double> out(balance, balance + kBalanceFields);
@@ -533,8 +532,7 @@ inline std::vector<double> Emulsion::state() const {
         for (const double number :
              {static_cast<double>(d.id), static_cast<double>(d.generation),
               static_cast<double>(r.count), static_cast<double>(d.contacted.size()), r.rest_area,
-              d.lag, d.mended, d.sought ? 1.0 : 0.0, d.kept.left, d.kept.right, d.kept.bottom,
-              d.kept.top, d.seen.neck_room, d.seen.thinnest})
+              d.lag, d.mended, d.seen.neck_room, d.seen.thinnest})
             out.push_back(number);
         for (const int o : d.contacted) out.push_back(o);
         for (const double* a : {r.x, r.y, r.vx, r.vy}) out.insert(out.end(), a, a + r.count);
@@ -561,8 +559,6 @@ inline void Emulsion::restore(std::span<const double> state) {
                   count = static_cast<int>(whole());
         const std::int64_t contacted = whole();
         const double rest_area = number(), lag = number(), mended = number();
-        const bool sought = number() != 0.0;
-        const double left = number(), right = number(), bottom = number(), top = number();
         const double neck_room = number(), thinnest = number();
         std::vector<int> met(static_cast<std::size_t>(contacted));
         for (int& o : met) o = static_cast<int>(whole());
@@ -579,9 +575,6 @@ inline void Emulsion::restore(std::span<const double> state) {
         d.contacted = std::move(met);
         d.seen.neck_room = neck_room;
         d.seen.thinnest = thinnest;
-        d.kept = {left, right, bottom, top};
-        d.sought = sought;
-        if (sought) world_.obstacles.find(d.kept, 0.5 * d.ring.rest_length, d.near);
         droplets_.push_back(std::move(d));
     }
 }

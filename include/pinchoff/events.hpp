@@ -90,7 +90,7 @@ inline void Island::seek_obstacles(Droplet& d, const Box& box) const {
     const ObstacleGrid& grid = world_->obstacles;
     if (!looks_at_all() || world_->period.any()) {
         d.kept = grown(box, world_->exhaustive ? kExhaustiveMargin : kKeptMargin);
-        return grid.find(d.kept, 0.5 * d.ring.rest_length, d.near);
+        return grid.find(d.kept, longest_wall_range(d.ring), d.near);
     }
     d.kept = {-kEverywhere, kEverywhere, -kEverywhere, kEverywhere};
     d.near.clear();
@@ -125,6 +125,13 @@ inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) c
     return Guard::none;
 }
 
+/// A hair's breadth below a separation, so that round-off cannot disagree with the look that saw
+/// it.
+inline Separation slackened(Separation s) {
+    constexpr double kSlack = 1.0 - 1e-9;
+    return {kSlack * s.fraction, kSlack * s.length};
+}
+
 /// Necks: how far vertices may move before the neck of any droplet can pass the threshold. An
 /// earlier look still holds where it leaves room enough up to the next sample.
 inline Finding Island::look_at_necks(Look& look) const {
@@ -152,7 +159,9 @@ inline Finding Island::look_at_necks(Look& look) const {
         seen.neck_room = std::max(seen.neck.budget, 0.0);
         seen.thinnest = std::sqrt(seen.neck.nearest2);
         if (!breaks) continue;
-        if (seen.neck.thickness2 < threshold * threshold)
+        // That a chord leaves both ends inwards is seen by the scan, that it crosses no edge here.
+        if (seen.neck.thickness2 < threshold * threshold &&
+            find_neck(d.positions(), slackened(separation)).thickness < threshold)
             return Finding::event(static_cast<int>(i));
         found.budget.relative = std::min(found.budget.relative, seen.neck_room);
     }
@@ -174,18 +183,17 @@ inline Finding Island::look_at_obstacles(Look& look) const {
             const Obstacle o = world_->obstacles.seen(image);
             // What the boxes alone allow; no closer look can find less.
             const double least = gap(box_of({o.x, o.y}), look.droplets[i].survey.box) - o.radius -
-                                 0.5 * d.ring.rest_length;
+                                 wall_range(d.ring, o);
             if (least > std::max(found.budget.absolute, wall_margin(o))) continue;
             const Nearby pair = look_nearby(look, world_->kernels, d.ring, i, o, image.index);
             const double depth = depth_of(pair);
             if (depth > limit_of(Guard::penetration) && found.guard == Guard::none)
                 found.refuse(Guard::penetration, depth, i);
-            if (begins(pair, d)) {
-                found.happened = true;
-                look.nearby.push_back(pair);
-            } else {
-                list_obstacle(look, d, pair, found.budget);
-            }
+            const bool first = begins(pair, d);
+            if (first) look.nearby.push_back(pair);
+            // No front may enter a wall, measured or not: it does not push.
+            if (!first || tracks_front(d.ring)) list_obstacle(look, d, pair, found.budget);
+            found.happened |= first;
         }
     }
     return found;
@@ -195,12 +203,14 @@ inline Finding Island::look_at_obstacles(Look& look) const {
 inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pair,
                                   Budget& budget) const {
     const Obstacle& o = pair.seen;
-    const double gap = pair.vertex - o.radius - 0.5 * d.ring.rest_length;
-    const double room = d.has_met(pair.obstacle) ? list_wall(look.lists, d, pair.droplet, o,
-                                                             look.distance2.data() + pair.chunks)
-                                                 : gap;
-    const double edge_room = std::max(pair.edge - o.radius, wall_margin(o));
-    budget.absolute = std::min({budget.absolute, room, edge_room});
+    const bool met = d.has_met(pair.obstacle);
+    if (!met) budget.absolute = std::min(budget.absolute, std::max(first_gap(pair, d), 0.0));
+    if (met || tracks_front(d.ring)) {
+        const double* chunks = look.distance2.data() + pair.chunks;
+        budget.absolute =
+            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, chunks));
+    }
+    budget.absolute = std::min(budget.absolute, std::max(pair.edge - o.radius, wall_margin(o)));
 }
 
 /// Droplets against each other and against themselves: the vertices that may touch in the coming
@@ -314,12 +324,9 @@ inline void Island::break_up(const Finding& found) {
     set_lags(0.0);
     const Droplet& parent = droplets_[found.droplet];
     const Shape whole{parent.positions(), parent.velocities()};
-    // A hair's breadth below the separation, so that round-off cannot disagree with the look that
-    // saw it.
-    const double slack = 1.0 - 1e-9;
     const Separation& limit = world_->separation;
     const Neck neck =
-        find_neck(whole.r, {slack * limit.fraction, slack * limit.length * parent.ring.diameter});
+        find_neck(whole.r, slackened({limit.fraction, limit.length * parent.ring.diameter}));
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
@@ -366,8 +373,10 @@ inline void Island::break_up(const Finding& found) {
     if (stopped()) return;
     look_.lists.clear();
     survey();
-    if (world_->model.stop_at_breakup != 0.0) mark_pushed();
-    else list_contacts();
+    if (world_->model.stop_at_breakup == 0.0) list_contacts();
+    else if (world_->fronts()) look_at_obstacles(look_);
+    mark_pushed();
+    if (world_->fronts()) world_->kernels.settle_fronts(scene());
     set_lags(0.5 * time_step_);
 }
 

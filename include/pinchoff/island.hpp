@@ -67,6 +67,8 @@ struct World {
     Separation separation = model.neck_separation_in_diameters != 0.0
                                 ? Separation{0.0, model.neck_separation}
                                 : Separation{model.neck_separation, 0.0};
+
+    bool fronts() const { return model.front_tracking != 0.0; }
 };
 
 class Island {
@@ -145,6 +147,12 @@ private:
     Scene scene() {
         rings_.clear();
         for (const Droplet& d : droplets_) rings_.push_back(d.ring);
+        const std::vector<WallContact>& walls = look_.lists.walls;  // by droplets
+        for (int c = static_cast<int>(walls.size()) - 1; c >= 0; --c) {
+            Ring& ring = rings_[walls[c].ring];
+            ring.first_wall = c;
+            if (ring.last_wall == 0) ring.last_wall = c + 1;
+        }
         return {rings_.data(),
                 static_cast<int>(rings_.size()),
                 world_->flow,
@@ -159,6 +167,8 @@ private:
     }
 
     void set_lags(double lag);
+    void carry_velocities();
+    void divide_steps();
     void renew_steps();
     void remove(int index);
     void mend(const Finding& found);
@@ -247,12 +257,20 @@ inline void Island::set_lags(double lag) {
         any = any || d.ring.shift != 0.0;
         d.lag = lag;
     }
-    if (any) world_->kernels.shift_velocities(scene());
+    if (any) carry_velocities();
+}
+
+/// Carries the velocities over the `shift` of each ring. A front has no memory of its velocity: it
+/// follows from the positions.
+inline void Island::carry_velocities() {
+    if (world_->fronts()) world_->kernels.front_velocities(scene(), time_step_);
+    else world_->kernels.shift_velocities(scene());
 }
 
 /// Divide the time step by the least whole number that makes it safe for droplets smaller than the
 /// model's, for which it was chosen; and set what depends on the step.
 inline void Island::renew_steps() {
+    if (world_->fronts()) return divide_steps();
     double safe = std::numeric_limits<double>::infinity();
     for (const Droplet& d : droplets_)
         if (d.ring.mass < 1.0 - 1e-9) safe = std::min(safe, safe_time_step(d.ring));
@@ -272,6 +290,16 @@ inline void Island::renew_steps() {
         const Relaxation r = relaxation(d.ring.drag_rate, time_step_);
         d.ring.kept = r.kept;
         d.ring.replaced = r.replaced;
+    }
+}
+
+/// Front tracking: the same ring by ring, so that a small droplet shortens no other's step.
+inline void Island::divide_steps() {
+    for (Droplet& d : droplets_) {
+        const double parts = std::max(1.0, std::ceil(time_step_ / safe_front_step(d.ring)));
+        if (!(parts <= limit_of(Guard::time_step)) && !world_->retires)
+            return stop(Guard::time_step, parts);
+        d.ring.parts = static_cast<int>(std::min(parts, limit_of(Guard::time_step)));
     }
 }
 
@@ -304,7 +332,8 @@ inline void Island::run_block(const Budget& budget) {
     for (Droplet& d : droplets_) d.save();
     while (true) {
         for (Droplet& d : droplets_) std::fill_n(d.ring.path, d.ring.padded, 0.0);
-        world_->kernels.advance(scene(), time_step_, static_cast<int>(steps));
+        (world_->fronts() ? world_->kernels.advance_fronts : world_->kernels.advance)(
+            scene(), time_step_, static_cast<int>(steps));
         if (within(budget, steps) || steps == 1) break;
         for (Droplet& d : droplets_) d.restore();
         steps /= 2;
@@ -314,7 +343,7 @@ inline void Island::run_block(const Budget& budget) {
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Droplet& d = droplets_[i];
         DropletLook& seen = look_.droplets[i];
-        vertex_updates_ += steps * d.ring.count;
+        vertex_updates_ += steps * d.ring.parts * d.ring.count;
         seen.neck_room -= seen.relative;
         seen.thinnest -= 2.0 * seen.relative;
         d.travelled += seen.relative + seen.drift;
@@ -327,7 +356,7 @@ inline std::vector<std::vector<Vec2>> Island::synchronized_velocities() {
         d.save();
         d.ring.shift = d.lag;
     }
-    world_->kernels.shift_velocities(scene());
+    carry_velocities();
     std::vector<std::vector<Vec2>> velocities;
     for (const Droplet& d : droplets_) velocities.push_back(d.velocities());
     for (Droplet& d : droplets_) d.restore();

@@ -80,11 +80,17 @@ inline double depth_of(const Nearby& pair) {
     return 1.0 - (pair.through ? -pair.edge : std::min(pair.vertex, pair.edge)) / pair.seen.radius;
 }
 
-/// Whether a first contact begins: a vertex of a droplet that has not met the obstacle is in the
-/// wall's range.
+/// How far a droplet is from first contact with an obstacle: from a vertex in the wall's range, or,
+/// with front tracking, from an outline that touches.
+inline double first_gap(const Nearby& pair, const Droplet& d) {
+    if (tracks_front(d.ring))
+        return std::min(pair.vertex, pair.edge) - pair.seen.radius - kFrontTouch;
+    return pair.vertex - pair.seen.radius - 0.5 * d.ring.rest_length;
+}
+
+/// Whether a first contact begins.
 inline bool begins(const Nearby& pair, const Droplet& d) {
-    return !d.has_met(pair.obstacle) &&
-           pair.vertex - pair.seen.radius - 0.5 * d.ring.rest_length < 0.0;
+    return !d.has_met(pair.obstacle) && first_gap(pair, d) < 0.0;
 }
 
 }  // namespace pinchoff

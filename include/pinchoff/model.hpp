@@ -28,7 +28,9 @@ inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
     FIELD(neck_separation)              \
     FIELD(neck_separation_in_diameters) \
     FIELD(sample_interval)              \
-    FIELD(stop_at_breakup)
+    FIELD(stop_at_breakup)              \
+    FIELD(front_tracking)               \
+    FIELD(evening_rate)
 
 /// Every output; not a number where the event did not happen.
 #define PINCHOFF_RESULT_FIELDS(FIELD) \
@@ -107,6 +109,8 @@ struct Alarm {
 
 /// A droplet has left an obstacle behind when all of it is this far, in D0, beyond its rear.
 inline constexpr double kDepartureDistance = 0.5;
+/// Front tracking: an outline this near to an obstacle, in D0, has touched it.
+inline constexpr double kFrontTouch = 1e-9;
 /// Samples between two searches for crossing edges.
 inline constexpr int kCrossingSamples = 10;
 /// Least vertices of a droplet.

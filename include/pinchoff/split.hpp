@@ -17,8 +17,25 @@ struct Neck {
     int first = -1, second = -1;
 };
 
-/// The thinnest admissible chord. Among chords equally thin to one part in 10⁶ (a symmetric droplet
-/// has them in mirrored pairs) the one with the longer shorter arc, then the first.
+/// Whether the chord between two vertices of a counter-clockwise outline lies inside it: it leaves
+/// both inwards, as in `scan_neck`, and crosses no edge.
+inline bool chord_inside(Outline r, std::size_t i, std::size_t j) {
+    const std::size_t n = r.size();
+    const Vec2 chord = r[j] - r[i];
+    const auto along = [&](std::size_t k) { return next_vertex(r, k) - r[k == 0 ? n - 1 : k - 1]; };
+    if (!(cross(along(i), chord) > 0.0 && cross(chord, along(j)) > 0.0)) return false;
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec2 a = r[k] - r[i], b = next_vertex(r, k) - r[i], edge = b - a;
+        const bool astride = cross(chord, a) * cross(chord, b) < 0.0;
+        const bool between = cross(edge, Vec2{0, 0} - a) * cross(edge, chord - a) < 0.0;
+        if (astride && between) return false;
+    }
+    return true;
+}
+
+/// The thinnest admissible chord of a counter-clockwise outline that lies inside it. Among chords
+/// equally thin to one part in 10⁶ (a symmetric droplet has them in mirrored pairs) the one with
+/// the longer shorter arc, then the first.
 inline Neck find_neck(Outline r, Separation separation) {
     const std::size_t n = r.size();
     std::vector<double> arc(n + 1, 0.0);
@@ -37,14 +54,15 @@ inline Neck find_neck(Outline r, Separation separation) {
     double least2 = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t j = i + 1; j < n; ++j)
-            if (shorter_arc(i, j) > least_arc) least2 = std::min(least2, chord2(i, j));
+            if (shorter_arc(i, j) > least_arc && chord2(i, j) < least2 && chord_inside(r, i, j))
+                least2 = chord2(i, j);
     Neck neck;
     double longest = 0;
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t j = i + 1; j < n; ++j) {
             const double s = shorter_arc(i, j);
             if (s > least_arc && chord2(i, j) <= least2 * (1.0 + 2e-6) &&
-                s > longest * (1.0 + 1e-9)) {
+                s > longest * (1.0 + 1e-9) && chord_inside(r, i, j)) {
                 longest = s;
                 neck = {std::sqrt(chord2(i, j)), static_cast<int>(i), static_cast<int>(j)};
             }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "droplet.hpp"
+#include "front.hpp"
 
 namespace pinchoff {
 
@@ -37,8 +38,27 @@ inline Stiffness stiffness(const Ring& ring, double perimeter) {
             ring.area_stiffness * perimeter * perimeter / ring.mass};
 }
 
+/// Front tracking: part of the stable step that a step takes.
+inline constexpr double kFrontStepSafety = 0.8;
+/// Front tracking: largest step, t0.
+inline constexpr double kLongestFrontStep = 1e-3;
+
+/// Front tracking: the largest stable step. Line tension pulls neighbouring vertices back against
+/// each other at the rate 4 N_v γ/(μ D0 l), and the scheme is stable up to a product of one (that
+/// of Adams and Bashforth). With P = N_v l that is Δt = Ca_sim l²/(4 P); it grows with the
+/// perimeter, so the circle's is the least.
+inline double stable_front_step(const Ring& ring) {
+    return ring.rest_length / (4.0 * ring.mobility * ring.constants.line_tension);
+}
+
+/// Front tracking: a step that stays stable.
+inline double safe_front_step(const Ring& ring) {
+    return kFrontStepSafety * stable_front_step(ring);
+}
+
 /// The step above which an undeformed droplet is certain to be unstable.
 inline double stable_time_step(const Ring& ring) {
+    if (tracks_front(ring)) return safe_front_step(ring);
     const Stiffness s = stiffness(ring, ring.rest_length * ring.count);
     return stable_step(std::max({s.edges, s.wall, s.area}), ring.drag_rate);
 }
@@ -59,6 +79,7 @@ inline double safe_time_step(const Ring& ring) {
 
 /// The automatic step: safe, and short enough for S and the outcome.
 inline double auto_time_step(const Ring& ring) {
+    if (tracks_front(ring)) return std::min(kLongestFrontStep, safe_front_step(ring));
     return std::min(kLongestStep, safe_time_step(ring));
 }
 

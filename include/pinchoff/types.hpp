@@ -53,6 +53,10 @@ struct Ring {
     double* path = nullptr;     // (padded) sum of |v - v_drift|² over the steps of a block
     double* fluid_x = nullptr;  // (padded) velocity of a sampled flow at the vertices
     double* fluid_y = nullptr;
+    double* mid_x = nullptr;  // (padded) front tracking: position in the middle of a step
+    double* mid_y = nullptr;
+    double* length = nullptr;  // (padded) front tracking: length of edge i
+    double* slide = nullptr;   // (padded) front tracking: motion of vertex i along the outline
 
     Model constants{};                // what does not change with the droplet's size
     double mass = 1;                  // M
@@ -67,8 +71,10 @@ struct Ring {
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
     double shift = 0;                 // time for shift_velocities, which may be negative
+    int parts = 1;                    // front tracking: steps of this ring in a step of the scene
 
-    bool pushed = false;  // whether push_x, push_y take part in this block
+    int first_wall = 0, last_wall = 0;  // which of the scene's walls are near it
+    bool pushed = false;                // whether push_x, push_y take part in this block
 };
 
 /// Vertices [first, last) of one droplet that may feel one obstacle, or an image of it that is
@@ -120,7 +126,7 @@ struct Survey {
 };
 
 /// Room that a look at the neck needs.
-constexpr int neck_work_size(int count) { return 3 * (2 * count + 2 * kLanes); }
+constexpr int neck_work_size(int count) { return 5 * (2 * count + 2 * kLanes); }
 
 /// The arc that the two sides of an admissible chord must both exceed: fraction·P + length.
 struct Separation {
@@ -135,6 +141,11 @@ struct Kernels {
     void (*advance)(const Scene&, double time_step, int steps);
     /// Carry the velocities alone, of each ring over its `shift`.
     void (*shift_velocities)(const Scene&);
+    /// Front tracking: outlines put out of walls and each other, with their areas.
+    void (*settle_fronts)(const Scene&);
+    /// Front tracking: steps, and the velocities of the present positions.
+    void (*advance_fronts)(const Scene&, double time_step, int steps);
+    void (*front_velocities)(const Scene&, double time_step);
     void (*survey)(const Ring&, Survey&);
     /// Smallest squared distance of each chunk's vertices from a point: out (padded / kLanes).
     void (*chunk_distance2)(const Ring&, double x, double y, double* out);

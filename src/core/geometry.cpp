@@ -20,6 +20,15 @@ static std::vector<Vec2> counter_clockwise(Points points) {
     return r;
 }
 
+/// The outline itself, or its mirror image where its vertices run clockwise: the vertices keep
+/// their numbers.
+static std::vector<Vec2> mirrored_counter_clockwise(Points points) {
+    std::vector<Vec2> r = outline_of(points);
+    if (signed_area(r) < 0)
+        for (Vec2& p : r) p.y = -p.y;
+    return r;
+}
+
 /// Coordinates with the first vertex repeated at the end, as the kernels want them.
 static std::pair<std::vector<double>, std::vector<double>> closed_columns(
     const std::vector<Vec2>& r) {
@@ -80,13 +89,14 @@ void bind_geometry(nb::module_& m) {
     m.def(
         "neck",
         [](Points r, double separation, bool in_diameters, double diameter) {
-            const Neck n =
-                find_neck(outline_of(r), in_diameters ? Separation{0.0, separation * diameter}
-                                                      : Separation{separation, 0.0});
+            const Neck n = find_neck(mirrored_counter_clockwise(r),
+                                     in_diameters ? Separation{0.0, separation * diameter}
+                                                  : Separation{separation, 0.0});
             return std::tuple(n.thickness, n.first, n.second);
         },
         "outline"_a, "separation"_a = 0.28, "in_diameters"_a = false, "diameter"_a = 1.0,
-        "Thinnest chord of an (n, 2) outline whose shorter arc exceeds `separation`, a fraction of "
+        "Thinnest chord inside an (n, 2) outline whose shorter arc exceeds `separation`, a "
+        "fraction of "
         "the perimeter or,\n"
         "`in_diameters`, a length in units of `diameter`: (thickness, i, j), or (inf, -1, -1) "
         "where no pair qualifies.");
@@ -117,7 +127,7 @@ void bind_geometry(nb::module_& m) {
     m.def(
         "scan_neck",
         [](Points points, double separation, bool in_diameters, double threshold) {
-            const auto [x, y] = closed_columns(outline_of(points));
+            const auto [x, y] = closed_columns(mirrored_counter_clockwise(points));
             const int n = static_cast<int>(points.shape(0));
             std::vector<double> work(neck_work_size(n));
             const NeckScan s = best_kernels().scan_neck(

@@ -1,6 +1,7 @@
 // The compiled loops for one instruction set. Built once for each, with PINCHOFF_ARCH naming it.
 #include "kernels.hpp"
 
+#include "pinchoff/front.hpp"
 #include "pinchoff/neck.hpp"
 #include "pinchoff/step.hpp"
 #include "pinchoff/survey.hpp"
@@ -35,6 +36,9 @@ extern const Kernels PINCHOFF_JOIN(kernels_, PINCHOFF_ARCH) = {
     .name = PINCHOFF_QUOTE(PINCHOFF_ARCH),
     .advance = PINCHOFF_ARCH::advance,
     .shift_velocities = PINCHOFF_ARCH::shift_velocities,
+    .settle_fronts = PINCHOFF_ARCH::settle_fronts,
+    .advance_fronts = PINCHOFF_ARCH::advance_fronts,
+    .front_velocities = PINCHOFF_ARCH::front_velocities,
     .survey = PINCHOFF_ARCH::survey,
     .chunk_distance2 = PINCHOFF_ARCH::chunk_distance2,
     .edge_distance2 = PINCHOFF_ARCH::edge_distance2,

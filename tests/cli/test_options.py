@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from typing import get_args
 
 import pytest
 import typer
@@ -24,7 +25,9 @@ def options_of(command):
 
 def test_help_names_every_parameter_and_preset():
     fields = {*po.Parameters.model_fields} - {"scale"}
-    assert {*shared.CONSTANTS} == fields - {"size_ratio", "simulation_capillary_number", "offset"}
+    own = {"model", "size_ratio", "simulation_capillary_number", "offset"}
+    assert {*shared.CONSTANTS} == fields - own
+    assert get_args(po.Parameters.model_fields["model"].annotation) == shared.MODELS
     assert preset_names() == shared.PRESETS
 
 

@@ -17,7 +17,9 @@ import pinchoff as po
 from pinchoff import _core
 
 PILLARS = po.arrays.staggered(rows=3, columns=4, radius=0.18, gap=0.9)
-FEW = po.Parameters(simulation_capillary_number=30, vertex_count=32)
+SPRINGS, FRONT = "deformable-particle", "front-tracking"
+MODELS = (SPRINGS, FRONT)
+FEW = po.Parameters(model=SPRINGS, simulation_capillary_number=30, vertex_count=32)
 
 
 def periodic_flow(length, width, nodes=96):
@@ -42,7 +44,7 @@ def lattice(rows, columns, pitch, diameter=0.9, origin=(0.5, 0.5)):
     ]
 
 
-def crowd(time, *, on_frame=None, threads=1, **changes):
+def crowd(time, *, model=SPRINGS, on_frame=None, threads=1, **changes):
     """Twenty-five droplets pressed against each other and against pillars, all of it periodic."""
     size = 5 * 1.02
     arguments = {
@@ -54,10 +56,10 @@ def crowd(time, *, on_frame=None, threads=1, **changes):
         "on_frame": on_frame,
         **changes,
     }
-    return po.simulate_emulsion(FEW, time=time, **arguments)
+    return po.simulate_emulsion(FEW.replace(model=model), time=time, **arguments)
 
 
-def through_pillars(time, *, threads=1, seed=3, **changes):
+def through_pillars(time, *, model=FRONT, threads=1, seed=3, **changes):
     """Droplets come in before an array of pillars and leave behind it; some break."""
     array = PILLARS.with_margins(before=4.0, behind=3.0)
     x = np.linspace(-2, array.length + 3, 320)
@@ -80,8 +82,8 @@ def through_pillars(time, *, threads=1, seed=3, **changes):
         "seed": seed,
         **changes,
     }
-    model = po.Parameters(simulation_capillary_number=40, vertex_count=48)
-    return po.simulate_emulsion(model, time=time, **arguments)
+    constants = po.Parameters(model=model, simulation_capillary_number=40, vertex_count=48)
+    return po.simulate_emulsion(constants, time=time, **arguments)
 
 
 def last_frame(run, **arguments):
@@ -101,10 +103,14 @@ def assert_same(one, other, tolerance=0.0):
                 np.testing.assert_array_equal(a[k], b[k])
 
 
+@pytest.mark.parametrize("kind", MODELS)
 @pytest.mark.parametrize(("capillary", "offset"), [(20.0, 0.05), (40.0, 0.02)])
-def test_a_single_collision_is_the_same_to_the_last_bit(capillary, offset):
-    """The same droplet and obstacle through `simulate`, up to when the droplet has left."""
-    model = po.Parameters(simulation_capillary_number=capillary, offset=offset)
+def test_a_single_collision_is_the_same_to_the_last_bit(kind, capillary, offset):
+    """The same droplet and obstacle through `simulate`, up to when the droplet has left.
+
+    A front is put right between blocks, whose ends differ: there to round-off.
+    """
+    model = po.Parameters(model=kind, simulation_capillary_number=capillary, offset=offset)
     frames, other = [], []
     alone = po.simulate(model, outlines=0.5, on_frame=lambda t, d: frames.append((t, d)))
     po.simulate_emulsion(
@@ -120,7 +126,10 @@ def test_a_single_collision_is_the_same_to_the_last_bit(capillary, offset):
         assert time == pytest.approx(also, abs=1e-9)
         assert [d[:2] for d in one] == [d[:2] for d in two]
         for a, b in zip(one, two, strict=True):
-            np.testing.assert_array_equal(a[2], b[2])
+            if kind == FRONT:
+                np.testing.assert_allclose(a[2], b[2], atol=1e-10)
+            else:
+                np.testing.assert_array_equal(a[2], b[2])
         compared += 1
     assert compared >= 6
     assert alone.broke == (len(other[-1][1]) == 2)
@@ -151,18 +160,20 @@ def test_isolated_droplets_go_as_if_they_were_alone():
             np.testing.assert_array_equal(whole[k][2], alone[0][2])
 
 
-@pytest.mark.parametrize(("scene", "time"), [(crowd, 2.5), (through_pillars, 8.0)])
-def test_threads_do_not_show_in_any_bit(scene, time):
-    frames = [last_frame(scene, time=time, threads=n) for n in (1, 2, 8)]
+@pytest.mark.parametrize("kind", MODELS)
+@pytest.mark.parametrize(("scene", "time"), [(crowd, 1.5), (through_pillars, 8.0)])
+def test_threads_do_not_show_in_any_bit(scene, time, kind):
+    frames = [last_frame(scene, time=time, threads=n, model=kind) for n in (1, 2, 8)]
     assert len(frames[0]) > 5
     assert_same(frames[0], frames[1])
     assert_same(frames[0], frames[2])
 
 
-def test_numbers_balance_at_every_frame_and_area_is_kept():
+@pytest.mark.parametrize("kind", MODELS)
+def test_numbers_balance_at_every_frame_and_area_is_kept(kind):
     """Start + entered + break-ups - left - retired = present; no area leaks unsaid."""
     seen = []
-    run = through_pillars(18.0, on_frame=lambda t, d: seen.append((t, d)))
+    run = through_pillars(18.0, model=kind, on_frame=lambda t, d: seen.append((t, d)))
     events = run.events
     for time, droplets in seen:
         counts = events[events["time"] <= time + 1e-9]["kind"].value_counts()
@@ -175,8 +186,8 @@ def test_numbers_balance_at_every_frame_and_area_is_kept():
             "area"
         ].sum()
         area = sum(_core.area(d[2]) for d in droplets)
-        # A droplet's area is a little below its rest area, by its Laplace pressure.
-        assert area == pytest.approx(entered - gone, rel=0.01)
+        # Springs: a droplet's area is a little below its rest area, by its Laplace pressure.
+        assert area == pytest.approx(entered - gone, rel=1e-3 if kind == FRONT else 0.01)
     assert run.balance["present"] == len(seen[-1][1])
     assert run.balance["left"] > 1
     assert run.balance["breakups"] > 0
@@ -219,7 +230,8 @@ def test_droplets_wait_at_a_full_inlet_and_never_overlap():
                 assert one.intersection(other).area < 0.01 * one.area
 
 
-def test_mirror():
+@pytest.mark.parametrize("kind", MODELS)
+def test_mirror(kind):
     """The mirrored scene gives the mirrored outlines, as far as round-off lets it."""
     starts = [[0.0, 0.55, 1.0], [-1.1, 0.1, 0.8], [-1.0, 1.2, 0.9], [0.3, -0.6, 0.7]]
     obstacles = [[1.4, 0.2, 0.2], [2.2, -0.6, 0.3]]
@@ -232,7 +244,7 @@ def test_mirror():
         flow = po.flow.sampled(x, y, u[::sign], sign * v[::sign])
         kept = []
         po.simulate_emulsion(
-            FEW,
+            FEW.replace(model=kind),
             time=1.5,
             droplets=np.array(starts) * flip,
             obstacles=np.array(obstacles) * flip,
@@ -248,22 +260,24 @@ def test_mirror():
         np.testing.assert_allclose(np.roll(mirrored, -shift, axis=0), one[2], atol=1e-6)
 
 
-def test_a_shift_by_a_period_changes_nothing():
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_shift_by_a_period_changes_nothing(kind):
     """All droplets one cell further on: the same outlines, but for round-off."""
     size = 5 * 1.02
     starts = np.array(lattice(5, 5, 1.02))
     frames = []
     for shift in ([0, 0, 0], [size, -2 * size, 0]):
-        frames.append(last_frame(crowd, time=1.0, droplets=starts + shift))
+        frames.append(last_frame(crowd, time=1.0, droplets=starts + shift, model=kind))
     for one, two in zip(*frames, strict=True):
         np.testing.assert_allclose(one[2], two[2], atol=1e-7)
 
 
-def test_droplets_in_a_crowd_do_not_overlap():
+@pytest.mark.parametrize("kind", MODELS)
+def test_droplets_in_a_crowd_do_not_overlap(kind):
     """Pressed together in eddies: less than a vertex spacing deep, images included."""
     shapely = pytest.importorskip("shapely")
     size, spacing = 5 * 1.02, math.pi / 32
-    droplets = last_frame(crowd, time=3.0)
+    droplets = last_frame(crowd, time=3.0, model=kind)
     polygons = [shapely.Polygon(d[2]) for d in droplets]
     touching = 0
     for i, one in enumerate(polygons):
@@ -279,7 +293,7 @@ def test_droplets_in_a_crowd_do_not_overlap():
                         continue
                     inside = [p for p in shapely.points(droplets[i][2]) if image.contains(p)]
                     assert all(image.exterior.distance(p) < spacing for p in inside)
-    assert touching > 25
+    assert touching > 15
 
 
 def test_momentum_of_touching_droplets_is_kept():

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 
 __all__ = [
@@ -151,7 +152,7 @@ class Imaging(Checked):
         By what part of the pitch every second column is shifted sideways.
     """
 
-    obstacle_radius_um: Number = _length(85.0, "the obstacles' radius R")
+    obstacle_radius_um: Number = _length(paper.OBSTACLE_RADIUS_UM, "the obstacles' radius R")
     pitch_um: Number = _length(900.0, "the distance between obstacles")
     rows: WholeNumber = explained(
         "a whole number from 1 to 200", "how many obstacles stand across", ge=1, le=200, default=5
@@ -273,13 +274,15 @@ class Operation(Checked):
         0, 1e5, "the extra oil's flow rate in µL/min", default=0.0
     )
     viscosity_mPa_s: Number = number(  # noqa: N815
-        1e-3, 1e7, "the oil's viscosity in mPa s", default=48.0
+        1e-3, 1e7, "the oil's viscosity in mPa s", default=paper.VISCOSITY_MPA_S
     )
-    density_kg_m3: Number = number(1, 1e5, "the oil's density in kg/m³", default=960.0)
+    density_kg_m3: Number = number(
+        1, 1e5, "the oil's density in kg/m³", default=paper.OIL_DENSITY_KG_M3
+    )
     surface_tension_mN_m: Number = number(  # noqa: N815
-        1e-3, 1e4, "the surface tension in mN/m", default=20.0
+        1e-3, 1e4, "the surface tension in mN/m", default=paper.SURFACE_TENSION_MN_M
     )
-    droplet_diameter_um: Number = _length(481.0, "the droplet's diameter D0")
+    droplet_diameter_um: Number = _length(paper.MEDIAN_DIAMETER_UM, "the droplet's diameter D0")
     elements_across_gap: WholeNumber = explained(
         "a whole number from 4 to 60",
         "how many elements span the narrowest gap",

@@ -16,6 +16,7 @@ from pinchoff.cli.options import (
     CONSTANTS,
     AsJson,
     ConfigFile,
+    Model,
     OutFolder,
     Overwrite,
     Preset,
@@ -49,6 +50,7 @@ _POINTS = "Points"
 def boundary(
     config: ConfigFile = None,
     preset: Preset = None,
+    model: Model = None,
     capillary: Annotated[str, option("LIST", "Values of Ca_sim", panel=_POINTS)] = _PAPER_RANGE,
     size_ratio: Annotated[
         str | None, option("LIST", "Values of D0/R", default="5.66", panel=_POINTS)
@@ -92,6 +94,8 @@ def boundary(
 
     pinchoff boundary --size-ratio 4,5.66,8 --out sizes
 
+    pinchoff boundary --model front-tracking --out front
+
     pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 --out appendix-c
     """
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
@@ -100,7 +104,7 @@ def boundary(
     if scan_number.is_integer():
         scan_number = int(scan_number)
     folder = results_folder(out)
-    base, _ = configuration(config, preset)
+    base, _ = configuration(config, preset, model)
     prepare_folder(folder, _FILES, overwrite=overwrite)
     started = time.perf_counter()
     line = _found(base, vary, width_number, scan_number)

@@ -15,6 +15,7 @@ from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
     ConfigFile,
+    Model,
     OutFolder,
     Preset,
     StartAnew,
@@ -36,7 +37,6 @@ SENSITIVITY = "sensitivity.csv"
 _FILES = (RESULT, LINE, SENSITIVITY, "landscape_*.png", "evaluations.jsonl")
 
 _SEARCH = "Search"
-_FREE = ("edge_stiffness", "neck_thickness")
 
 
 def _search(takes: str, meaning: str, panel: str = _SEARCH) -> Any:
@@ -54,13 +54,14 @@ def calibrate(
     ],
     config: ConfigFile = None,
     preset: Preset = None,
+    model: Model = None,
     free: Annotated[
         list[str] | None,
         option(
             "NAME[=LOW,HIGH]",
             "A constant to fit: edge_stiffness, neck_separation, neck_thickness, "
             "line_tension or conversion (c in Ca = c Ca_sim); may be repeated",
-            default=" and ".join(_FREE),
+            default="edge_stiffness, with front-tracking neck_separation, and neck_thickness",
             panel=_SEARCH,
         ),
     ] = None,
@@ -97,8 +98,8 @@ def calibrate(
     pinchoff calibrate collisions.parquet --free conversion --free edge_stiffness --out mine
     """
     folder = results_folder(out)
-    aim, constants = _target(target), _bounds(free or _FREE)
-    base, _ = configuration(config, preset)
+    aim, constants = _target(target), _bounds(free) if free else None
+    base, _ = configuration(config, preset, model)
     prepare_folder(folder)
     if overwrite:
         remove_results(folder, _FILES)
@@ -150,7 +151,7 @@ def _pair(text: str, ends: str) -> tuple[float, float]:
 
 
 def _calibrated(
-    target: Target, constants: Mapping[str, Any], base: Any, options: Mapping[str, Any]
+    target: Target, constants: Mapping[str, Any] | None, base: Any, options: Mapping[str, Any]
 ) -> Calibration:
     from pinchoff.studies.calibration.fitting import calibrate as fit
 

@@ -110,7 +110,10 @@ def named_as_options(*names: str, **others: str) -> Iterator[None]:
         raise error.renamed(flags[name] + inner) from None
 
 
-PRESETS = ("default", "paper-step", "literal-separation")
+MODELS = ("deformable-particle", "front-tracking")
+"""What --model takes."""
+
+PRESETS = ("default", "paper-step", "front-tracking", "literal-separation")
 """What --preset takes."""
 
 CONSTANTS = (
@@ -130,6 +133,7 @@ CONSTANTS = (
 """What --set takes: the parameters that have no option of their own."""
 
 _OPTIONS = (
+    "model",
     "size_ratio",
     "simulation_capillary_number",
     "offset",
@@ -151,6 +155,16 @@ Preset = Annotated[
         "NAME", f"Model constants by name: {', '.join(PRESETS)}", default="default", panel=MODEL
     ),
 ]
+Model = Annotated[
+    str | None,
+    option(
+        "NAME",
+        f"What the outline is made of: {' or '.join(MODELS)}",
+        "--model",
+        default=MODELS[0],
+        panel=MODEL,
+    ),
+]
 OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)]
 Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
 StartAnew = Annotated[
@@ -164,8 +178,12 @@ AsJson = Annotated[
 Seed = Annotated[int, option("INTEGER", "The same seed gives the same numbers")]
 
 
-def configuration(config: Path | None, preset: str | None) -> tuple[Parameters, str]:
+def configuration(
+    config: Path | None, preset: str | None, model: str | None = None
+) -> tuple[Parameters, str]:
     """Return what a file or else a preset says, and the preset's name; the file is read once.
+
+    A model that is given stands in place of theirs.
 
     Raises
     ------
@@ -178,13 +196,22 @@ def configuration(config: Path | None, preset: str | None) -> tuple[Parameters, 
     if config is None:
         name = preset or "default"
         with named_as_options("preset"):
-            return Parameters.preset(name), name
+            return _of_model(Parameters.preset(name), model), name
     if preset is not None:
         raise InputError.of(
             "--preset", "left out beside a file", preset, f"write the preset into {config}"
         )
     table = read_toml(config)
-    return Parameters.from_config(table), str(table.get("preset", "default"))
+    return _of_model(Parameters.from_config(table), model), str(table.get("preset", "default"))
+
+
+def _of_model(base: Parameters, model: str | None) -> Parameters:
+    if model is None:
+        return base
+    try:
+        return base.replace(model=model)
+    except InputError as error:
+        raise error.renamed(_as_options(error.argument)) from None
 
 
 def changed(

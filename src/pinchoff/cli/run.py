@@ -16,6 +16,7 @@ from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
     ConfigFile,
+    Model,
     OutFolder,
     Overwrite,
     Preset,
@@ -54,6 +55,7 @@ def _quantity(meaning: str, example: str) -> Any:
 def run(
     config: ConfigFile = None,
     preset: Preset = None,
+    model: Model = None,
     size_ratio: Annotated[
         str | None, _number(meaning="D0/R, droplet over obstacle", default="5.66")
     ] = None,
@@ -121,7 +123,7 @@ def run(
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
     folder = results_folder(out)
-    base, preset_name = configuration(config, preset)
+    base, preset_name = configuration(config, preset, model)
     parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         from pinchoff.video.writing import require_video_extra

@@ -13,15 +13,16 @@ from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
 from pinchoff.figures.phase_diagram import OUTCOMES
 from pinchoff.studies.necks import ThinningHistory, last_frame_necks
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-FRAME_RATES = (30.0, 60.0, 240.0, 1000.0)
+FRAME_RATES = (30.0, paper.FRAME_RATE, 240.0, 1000.0)
 """Cameras that are compared, frames/s; the paper's makes 60."""
 
-_PAPER_LIMIT_UM = 80.3  # 0.167 of the median diameter of droplets that broke
+_PAPER_LIMIT_UM = paper.NECK_THICKNESS * paper.MEDIAN_DIAMETER_UM
 _BINS = 40
 
 
@@ -74,7 +75,7 @@ def neck_histograms(
             text = f"{label}: {len(values):,}"
             axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
         if unit == "µm":
-            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:g} µm"
+            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
             axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
         axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
         axes[0].set_ylabel("collisions")

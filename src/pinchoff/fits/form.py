@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pinchoff.fits.likelihood import Equation, Floats
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import unknown_name
 
 
@@ -52,8 +53,10 @@ class Exponent(NamedTuple):
 EXPONENTS = {
     "area": Exponent("epsilon_1", "ε1", "normalized_area"),
     "thickness": Exponent("epsilon_3", "ε3", "normalized_thickness"),
-    "viscosity": Exponent("epsilon_mu", "ε_μ", "viscosity_mPa_s", 48.0),
-    "surface_tension": Exponent("epsilon_gamma", "ε_γ", "surface_tension_mN_m", 20.0, -1),
+    "viscosity": Exponent("epsilon_mu", "ε_μ", "viscosity_mPa_s", paper.VISCOSITY_MPA_S),
+    "surface_tension": Exponent(
+        "epsilon_gamma", "ε_γ", "surface_tension_mN_m", paper.SURFACE_TENSION_MN_M, -1
+    ),
     "speed": Exponent("epsilon_v", "ε_v", "speed_mm_s", 1.0),
 }
 """The exponents by the quantity that they belong to. All are 1 in the paper's law; μ, γ and v are

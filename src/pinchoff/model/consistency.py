@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from pinchoff.model.entry import Entry
 from pinchoff.support.errors import InputError
 
 
@@ -19,13 +20,27 @@ def require_consistent(parameters: Any) -> None:
     Raises
     ------
     InputError
-        The droplet starts on the obstacle, an undeformed droplet has a neck, or the numbers are
-        not those of their physical scale.
+        A parameter has no meaning in the model, the droplet starts on the obstacle, an undeformed
+        droplet has a neck, or the numbers are not those of their physical scale.
     """
+    _require_meaning(parameters)
     _require_start(parameters)
     _require_separation(parameters)
     _require_thickness(parameters)
     _require_scale(parameters)
+
+
+def _require_meaning(p: Any) -> None:
+    for name in sorted(p.model_fields_set):
+        entry = type(p).model_fields[name].json_schema_extra
+        model = entry.model if isinstance(entry, Entry) else ""
+        if model not in ("", p.model):
+            raise InputError.of(
+                name,
+                f"left out with model = '{p.model}', where it has no meaning",
+                getattr(p, name),
+                f"drop it, or use model = '{model}'",
+            )
 
 
 def _require_start(p: Any) -> None:

@@ -23,7 +23,7 @@ from pinchoff.model.arrangement import droplet_circles, obstacle_circles
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder, Piece
 from pinchoff.model.flow import Flow, uniform
-from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.parameters import FRONT, PARAMETERS, SAMPLE_INTERVAL, SPRINGS, Parameters
 from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
@@ -134,8 +134,10 @@ def simulate_emulsion(
     Parameters
     ----------
     parameters : Parameters
-        The model. Its offset, start distance and time limit are those of a single collision and
-        play no part; daughters are always followed.
+        The model. Where neither ``model`` nor a constant of the springs is given it is front
+        tracking, in which a small droplet shortens no other's step; `Emulsion.parameters` tells.
+        Offset, start distance and time limit are those of a single collision and play no part;
+        daughters are always followed.
     time : float
         How long, t0; rounded up to windows of 0.05 t0.
     droplets : array_like, shape (K, 3), optional
@@ -201,6 +203,7 @@ def simulate_emulsion(
     >>> run.balance["present"], len(run.sizes)
     (2, 6)
     """
+    parameters = emulsion_parameters(parameters)
     scene = _scene(parameters, droplets, obstacles, flow, cell, periodic, inlet, outlet)
     settings = {
         "smallest_breaking": checked_number(
@@ -222,6 +225,30 @@ def simulate_emulsion(
     with progress_bar(progress, "emulsion", windows * WINDOW) as show:
         _run(run, windows, per_frame, frames_per_piece, result, on_frame, resume, show)
     return result
+
+
+def emulsion_parameters(parameters: Parameters) -> Parameters:
+    """Return the parameters with the model that a run of many droplets takes by default.
+
+    Raises
+    ------
+    InputError
+        They are none.
+
+    Examples
+    --------
+    >>> emulsion_parameters(Parameters(simulation_capillary_number=20)).model
+    'front-tracking'
+    >>> emulsion_parameters(Parameters(edge_stiffness=0.1)).model
+    'deformable-particle'
+    """
+    if not isinstance(parameters, Parameters):
+        advice = "build it with pinchoff.Parameters(...)"
+        raise InputError.of("parameters", "a Parameters", parameters, advice)
+    springs = {name for name, entry in PARAMETERS.items() if entry.model == SPRINGS}
+    if ({"model"} | springs) & parameters.model_fields_set:
+        return parameters
+    return parameters.replace(model=FRONT)
 
 
 def _windows(name: str, value: object) -> int:
@@ -345,7 +372,7 @@ class Emulsion:
             self._piece.events.append(events)
             self._piece.sizes.append(sizes)
             if self._folder.keeps_outlines:
-                self._folder.append_frame(run.time, droplets_of(run.frame()))
+                self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if on_frame is not None:
             on_frame(run.time, droplets_of(run.frame()))
 
@@ -353,8 +380,8 @@ class Emulsion:
         import pandas as pd
 
         events = dict(zip(_core.EVENT_FIELDS, np.asarray(run.take_events()).T, strict=True))
-        codes = events["kind"].astype(np.int64)
-        kinds = pd.Categorical.from_codes(codes, categories=pd.Index(_KINDS))
+        names = [_KINDS[int(code)] for code in events["kind"]]
+        kinds = pd.Categorical(names, categories=list(_KINDS))
         guards, values, times = events["guard"], events["guard_value"], events["time"]
         reasons = [
             "" if math.isnan(g) else guard_message(_core.GUARDS[int(g)], value, at)
@@ -391,14 +418,21 @@ def _size_table(run: _core.Emulsion) -> pd.DataFrame:
     return table
 
 
+def flat_frame(frame: tuple[Any, Any, Any, Any]) -> tuple[NDArray[Any], ...]:
+    """Return ids, generations, numbers of vertices (n,), vertices and velocities (V, 2)."""
+    numbers, offsets, vertices, velocities = (np.asarray(part) for part in frame)
+    whole = numbers.astype(np.int64)
+    sizes = np.diff(offsets.astype(np.int64))
+    return whole[:, 0], whole[:, 1], sizes, vertices, velocities
+
+
 def droplets_of(frame: tuple[Any, Any, Any, Any]) -> Frame:
     """Return the droplets of a frame of flat arrays."""
-    numbers, offsets, vertices, velocities = (np.asarray(part) for part in frame)
-    ends = offsets.astype(int)
-    return [
-        (int(droplet), int(generation), vertices[first:last], velocities[first:last])
-        for (droplet, generation), first, last in zip(numbers, ends[:-1], ends[1:], strict=True)
-    ]
+    ids, generations, sizes, vertices, velocities = flat_frame(frame)
+    ends = np.cumsum(sizes)
+    starts = (ends - sizes).tolist()
+    spans = zip(ids.tolist(), generations.tolist(), starts, ends.tolist(), strict=True)
+    return [(droplet, born, vertices[a:b], velocities[a:b]) for droplet, born, a, b in spans]
 
 
 # ---------------------------------------------------------------- the scene, checked
@@ -476,9 +510,6 @@ def _scene(
     inlet: Inlet | None,
     outlet: float | None,
 ) -> _Scene:
-    if not isinstance(parameters, Parameters):
-        advice = "build it with pinchoff.Parameters(...)"
-        raise InputError.of("parameters", "a Parameters", parameters, advice)
     if isinstance(obstacles, PillarArray):
         if cell is None:
             cell = (0.0, obstacles.length, 0.0, obstacles.width)

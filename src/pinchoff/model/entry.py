@@ -41,6 +41,10 @@ class Entry(Explanation):
         "1" for a pure number, "" for what is not a number.
     default : str
         As messages and documentation show it.
+    follows : bool
+        Whether the default follows from other parameters.
+    model : str
+        The model outside of which it has no meaning and is None; empty: it always has one.
     note : str
         What else the documentation says.
     column : str
@@ -57,6 +61,8 @@ class Entry(Explanation):
     symbol: str
     unit: str
     default: str
+    follows: bool
+    model: str
     note: str
     column: str
     core_name: str
@@ -71,7 +77,8 @@ class Entry(Explanation):
 
     def core_value(self, parameters: object) -> float:
         """Return that number."""
-        return float(self.core(parameters) if self.core else getattr(parameters, self.name))
+        value = self.core(parameters) if self.core else getattr(parameters, self.name)
+        return 0.0 if value is None else float(value)
 
     @property
     def phrase(self) -> str:
@@ -104,6 +111,7 @@ def parameter(
     high: float | None = None,
     rule: str = "",
     follows: str = "",
+    model: str = "",
     note: str = "",
     column: str = "",
     core_name: str = "",
@@ -123,6 +131,8 @@ def parameter(
         As of `Entry`; by default that of a finite number within the limits.
     follows : str, optional
         What the default is where it follows from other parameters, such as "5000 γ̃".
+    model : str, optional
+        As of `Entry`; the field's type then allows None.
     column : str, optional
         Name of its column in a table in which it varies; by default its own.
     core_name : str, optional
@@ -138,13 +148,28 @@ def parameter(
         symbol=symbol,
         unit=unit,
         default=follows or shown,
+        follows=bool(follows),
+        model=model,
         note=note,
         column=column,
         core_name=core_name,
         core=core,
     )
     start: dict[str, Any] = {"default_factory": default} if follows else {"default": default}
+    if model:
+        start = {"default_factory": _default_in(model, default)}
     return Field(description=meaning, json_schema_extra=entry, ge=low, le=high, **start)
+
+
+def _default_in(model: str, default: Any) -> Callable[[dict[str, Any]], Any]:
+    """Return what gives a parameter its default in one model, and None in others."""
+
+    def start(given: dict[str, Any]) -> Any:
+        if given.get("model", model) != model:
+            return None
+        return default(given) if callable(default) else default
+
+    return start
 
 
 def entries_of(model: type[BaseModel]) -> dict[str, Entry]:
@@ -175,7 +200,8 @@ def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | Non
 
 def _described(name: str, entry: Entry) -> list[str]:
     phrase = f"{entry.phrase[0].upper()}{entry.phrase[1:]}"
-    text = f"{phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip()
+    scope = f" Only with model = '{entry.model}'." if entry.model else ""
+    text = f"{phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip() + scope
     indent = " " * 8
     wrapped = textwrap.wrap(text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent)
     return [f"    {name} : {entry.kind}", *wrapped]

@@ -53,10 +53,23 @@ AREA_STIFFNESS_PER_LINE_TENSION = 5000.0
 WALL_STIFFNESS_PER_LINE_TENSION = 1.25
 """Default of ε̃_w/γ̃: a stiffer wall forces a smaller time step."""
 
+EVENING_RATE = 50.0
+"""Front tracking: rate at which edges return to one length, 1/t0; results do not depend on it."""
+
 SAMPLE_INTERVAL = 0.01
 """Time between two measurements of a run, t0. Recording happens at multiples of it."""
 
+Model = Literal["deformable-particle", "front-tracking"]
 TimeStep = Literal["auto"] | Annotated[Number, Field(ge=1e-7, le=0.1)]
+
+
+SPRINGS: Model = "deformable-particle"
+"""The paper's model: vertices with mass, held by springs, line tension and a stiff area."""
+
+FRONT: Model = "front-tracking"
+"""Its limit without springs: an outline that is line tension alone."""
+
+_VERTICES: dict[object, int] = {SPRINGS: 64, FRONT: 128}
 
 
 def _line_tension(given: dict[str, Any]) -> float:
@@ -94,6 +107,14 @@ class Parameters(Checked):
 
     # One entry each: whatever else is said of a parameter follows from here. What a number of the
     # core follows from several parameters is in the entry of the one that it changes with.
+    model: Model = parameter(
+        SPRINGS,
+        "what the outline is made of",
+        rule=f"'{SPRINGS}' or '{FRONT}'",
+        note="The paper's springs, or their limit: line tension alone.",
+        core_name="front_tracking",
+        core=lambda p: p.model == FRONT,
+    )
     size_ratio: Number = parameter(
         5.66,
         "the undeformed droplet's diameter over the obstacle's radius",
@@ -124,15 +145,16 @@ class Parameters(Checked):
         note="The obstacle's centre is at y = 0.",
     )
     vertex_count: WholeNumber = parameter(
-        64,
+        lambda given: _VERTICES.get(given.get("model"), 64),
         "how many vertices the outline has",
         symbol="N_v",
         unit="1",
         rule="a whole number from 16 to 1024",
         low=16,
         high=1024,
+        follows=f"{_VERTICES[SPRINGS]}, or {_VERTICES[FRONT]} with {FRONT}",
     )
-    line_tension: Number = parameter(
+    line_tension: Number | None = parameter(
         80.0,
         "the line tension, γ_2D t0/(M v_f∞)",
         symbol="γ̃",
@@ -140,17 +162,20 @@ class Parameters(Checked):
         low=1e-3,
         high=1e5,
         note="From about 20 on the motion is overdamped.",
+        model=SPRINGS,
+        core=lambda p: p.line_tension or 1.0,  # front tracking knows no other force: the unit
     )
-    edge_stiffness: Number = parameter(
+    edge_stiffness: Number | None = parameter(
         3.0,
         "the stiffness of edges, k_l D0/γ_2D",
         symbol="k̃_l",
         unit="1",
         low=1e-6,
         high=1e4,
-        core=lambda p: p.edge_stiffness * p.line_tension,
+        model=SPRINGS,
+        core=lambda p: (p.edge_stiffness or 0.0) * (p.line_tension or 0.0),
     )
-    area_stiffness: Number = parameter(
+    area_stiffness: Number | None = parameter(
         lambda given: AREA_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
         "the stiffness of the area, k_a D0⁴/(M v_f∞²)",
         symbol="k̃_a",
@@ -158,8 +183,9 @@ class Parameters(Checked):
         low=1e-3,
         high=1e9,
         follows=f"{AREA_STIFFNESS_PER_LINE_TENSION:g} γ̃",
+        model=SPRINGS,
     )
-    wall_stiffness: Number = parameter(
+    wall_stiffness: Number | None = parameter(
         lambda given: WALL_STIFFNESS_PER_LINE_TENSION * _line_tension(given),
         "the stiffness of the wall, ε_w/(M v_f∞²)",
         symbol="ε̃_w",
@@ -167,6 +193,7 @@ class Parameters(Checked):
         low=1e-3,
         high=1e9,
         follows=f"{WALL_STIFFNESS_PER_LINE_TENSION:g} γ̃",
+        model=SPRINGS,
     )
     start_distance: Number = parameter(
         5.0,
@@ -443,8 +470,8 @@ class Parameters(Checked):
 
     @property
     def drag(self) -> float:
-        """μ̃ = Ca_sim γ̃, in M/t0 [paper, eq. drag_force]."""
-        return self.simulation_capillary_number * self.line_tension
+        """μ̃ = Ca_sim γ̃, in M/t0 [paper, eq. drag_force]; with front tracking in units of γ̃."""
+        return self.simulation_capillary_number * (self.line_tension or 1.0)
 
     @property
     def effective_time_step(self) -> float:
@@ -501,9 +528,7 @@ PARAMETERS: dict[str, Entry] = entries_of(Parameters)
 """The entry of every parameter, in their order."""
 
 DEFAULTS: dict[str, Any] = {
-    name: Parameters.model_fields[name].default
-    for name in PARAMETERS
-    if Parameters.model_fields[name].default_factory is None
+    name: getattr(Parameters(), name) for name, entry in PARAMETERS.items() if not entry.follows
 }
 """The default of every parameter that does not follow from another."""
 
@@ -515,7 +540,10 @@ def core_numbers() -> tuple[CoreNumber, ...]:
     """Return what fills each place of the core's row."""
     from pinchoff import _core
 
-    numbers: dict[str, CoreNumber] = {"sample_interval": lambda _: SAMPLE_INTERVAL}
+    numbers: dict[str, CoreNumber] = {
+        "sample_interval": lambda _: SAMPLE_INTERVAL,
+        "evening_rate": lambda _: EVENING_RATE,
+    }
     numbers |= {entry.place: entry.core_value for entry in PARAMETERS.values()}
     if unmatched := numbers.keys() ^ {*_core.MODEL_FIELDS}:
         raise RuntimeError(

@@ -32,7 +32,10 @@ class Filmed(NamedTuple):
     pixel_size_um: float
 
 
-DROPLETS = {"B1": Filmed(0.78, 1.0, 0.02, 2.64), "B2": Filmed(2.5, 1.0, 0.03, 5.28)}
+DROPLETS = {
+    "B1": Filmed(0.78, 1.0, 0.02, the_paper.PIXEL_SIZE_UM / 2),
+    "B2": Filmed(2.5, 1.0, 0.03, the_paper.PIXEL_SIZE_UM),
+}
 """The droplets of appendix B by their figures."""
 
 

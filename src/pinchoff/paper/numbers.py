@@ -93,18 +93,17 @@ def numbers(study: Study) -> list[Number]:
 
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
-    said = {"alpha": ("prefactor α", 0.083, 0.006), "beta": ("exponent β", -0.74, 0.03)}
-    said["w"] = ("width w", the_paper.WIDTH, 0.006)
+    names = {"alpha": "prefactor α", "beta": "exponent β", "w": "width w"}
     estimates = study.law.intervals[PROFILE]
-    for key, (name, value, error) in said.items():
+    for key, (value, error) in the_paper.EXPERIMENT_FIT.items():
         paper = f"{_numeral(value)} ± {error:g}"
         yield _estimated(
-            f"{name}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
+            f"{names[key]}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
         )
-    for key, (name, _, error) in said.items():
+    for key, (_, error) in the_paper.EXPERIMENT_FIT.items():
         if key in study.law.spread:
             yield _plain(
-                f"error of {name}",
+                f"error of {names[key]}",
                 "sec. 4.2",
                 f"± {error:g}",
                 error,
@@ -147,8 +146,13 @@ def _exponents(study: Study) -> Iterator[Number]:
 def _simulations(study: Study) -> Iterator[Number]:
     fit = study.line.fit()
     how = f"{ENGINE}, {len(study.line.runs)} collisions"
-    yield _estimated("prefactor α, simulations", "sec. 4.1", "0.089", (0.089, 0.0), fit.alpha, how)
-    yield _estimated("exponent β, simulations", "sec. 4.1", "−0.72", (-0.72, 0.0), fit.beta, how)
+    alpha, beta = the_paper.SIMULATION_ALPHA, the_paper.SIMULATION_BETA
+    yield _estimated(
+        "prefactor α, simulations", "sec. 4.1", f"{alpha:g}", (alpha, 0.0), fit.alpha, how
+    )
+    yield _estimated(
+        "exponent β, simulations", "sec. 4.1", _numeral(beta), (beta, 0.0), fit.beta, how
+    )
     conversion = study.conversion
     if conversion is not None:
         estimate = Estimate(conversion.value, conversion.low, conversion.high)
@@ -166,8 +170,8 @@ def _simulations(study: Study) -> Iterator[Number]:
     yield _estimated(
         "slope of ln S_c against ln μ̃",
         "appendix C",
-        "−0.72",
-        (-0.72, 0.0),
+        _numeral(beta),
+        (beta, 0.0),
         study.tensions.fit().beta,
         f"{ENGINE}, {len(tilts)} line tensions",
         note=f"each alone: {_numeral(min(tilts))} to {_numeral(max(tilts))}",

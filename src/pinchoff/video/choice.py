@@ -38,7 +38,7 @@ _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 _AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
-_SMALL = 0.2  # of the usual diameter: what is smaller is none of the droplets
+_SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 
 
 class Trial(NamedTuple):

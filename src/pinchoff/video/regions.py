@@ -21,7 +21,7 @@ Bools = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]
 Walk = NDArray[np.int32]
 
-LEAST_CONTRAST = 3.0
+LEAST_CONTRAST = 1.5
 """Deviations of the noise below which nothing is taken for a rim or an edge."""
 
 _BAY = 0.35  # widest mouth of a bay that a speck on the rim makes, square roots of the area
@@ -30,6 +30,8 @@ _FULL = 0.62  # least share of the smallest rectangle about it: a disc fills 0.7
 _LONGEST = 10.0  # its sides
 _SPACING = 1.5  # of rays along the border, pixels
 _FEWEST_RAYS, _MOST_RAYS = 24, 256
+_AT_EDGE = 1.5  # pixels from the outermost ones
+_LARGEST = 0.6  # of the frame
 _SMOOTHING = 1.5  # of the border and of the outline, rays
 _CLOSED = 0.9  # least share of a border, away from the frame's, with contrast
 _FAINT = 0.25  # of the median contrast: fainter is a gap
@@ -106,6 +108,24 @@ def is_compact(walk: Walk) -> bool:
     return long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long
 
 
+def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
+    """Return whether a region is what droplets are in: it goes from one edge to the other.
+
+    Parameters
+    ----------
+    walk : ndarray, shape (n, 1, 2)
+        Round it.
+    size : (int, int)
+        Width and height of the frame, pixels.
+    """
+    left, top, wide, high = cv2.boundingRect(walk)
+    if wide * high > _LARGEST * size[0] * size[1]:
+        return True
+    near = _AT_EDGE + 1.0
+    across = left <= near and left + wide >= size[0] - near
+    return across or (top <= near and top + high >= size[1] - near)
+
+
 def standing_rows(seen: Sequence[Floats]) -> Floats:
     """Return the regions that stand still while others move: walls, dust, a clock.
 
@@ -158,7 +178,8 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
     points = np.column_stack([np.interp(places, along, closed[:, k]) for k in (0, 1)])
     at_edge = np.zeros(count, dtype=bool)
     if size is not None:
-        at_edge = np.any((points <= 0.5) | (points >= np.array(size) - 1.5), axis=1)
+        last = np.array(size) - 1.0
+        at_edge = np.any((points <= _AT_EDGE) | (points >= last - _AT_EDGE), axis=1)
     smooth = np.column_stack([smoothed(points[:, k]) for k in (0, 1)])
     points = np.where(at_edge[:, None], points, smooth)
     tangents = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
@@ -204,15 +225,25 @@ def closedness(contrast: Floats, at_edge: Bools, noise: float) -> float:
     return math.sqrt(max(low, 0.0) / middle)
 
 
-def leaves_view(view: Pixels | None, outline: Floats, normals: Floats) -> bool:
-    """Return whether the dark edge of the view cuts an outline."""
+def leaves_view(view: Pixels | None, points: Floats, normals: Floats, reach: float) -> bool:
+    """Return whether the dark edge of the view cuts a droplet.
+
+    Parameters
+    ----------
+    view : ndarray, shape (height, width), or None
+        What `outside_view` returns.
+    points, normals : ndarray, shape (n, 2)
+        Round the droplet, outward unit vectors.
+    reach : float
+        How far beyond the points the edge of the view begins if it does cut it, pixels.
+    """
     if view is None:
         return False
     height, width = view.shape
-    beyond = outline + 4.0 * normals
+    beyond = points + reach * normals
     x = np.clip(np.rint(beyond[:, 0]), 0, width - 1).astype(int)
     y = np.clip(np.rint(beyond[:, 1]), 0, height - 1).astype(int)
-    return bool(np.count_nonzero(view[y, x]) >= _CUT_SHARE * len(outline))
+    return bool(np.count_nonzero(view[y, x]) >= _CUT_SHARE * len(points))
 
 
 class Groups:

@@ -11,11 +11,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from pinchoff.model.parameters import Parameters
+from pinchoff.model.parameters import FRONT, SPRINGS, Parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
 from pinchoff.studies.calibration.evaluation import CONVERSION, Evaluation, Evaluator
-from pinchoff.studies.calibration.sensitivity import Landscape, landscape, sensitivity_table
+from pinchoff.studies.calibration.sensitivity import (
+    Landscape,
+    has_meaning,
+    landscape,
+    sensitivity_table,
+)
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
 from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
@@ -45,6 +50,11 @@ _IN_DIAMETERS = (0.15, 1.5)  # bounds of neck_separation in D0; half a circle is
 
 LANDSCAPES = (("edge_stiffness", "neck_separation"), ("neck_separation", "neck_thickness"))
 """Pairs of constants whose landscape is drawn."""
+
+_DEFAULT_FREE = {
+    SPRINGS: ("edge_stiffness", "neck_thickness"),
+    FRONT: ("neck_separation", "neck_thickness"),
+}
 
 LOG = "evaluations.jsonl"
 
@@ -132,7 +142,7 @@ class Calibration:
 
 def calibrate(
     target: str | os.PathLike[str] | pd.DataFrame | Line | Target,
-    free: Iterable[str] | Mapping[str, tuple[float, float]] = ("edge_stiffness", "neck_thickness"),
+    free: Iterable[str] | Mapping[str, tuple[float, float]] | None = None,
     base: Parameters | None = None,
     *,
     points: int = 6,
@@ -160,7 +170,9 @@ def calibrate(
     free : iterable of str, or mapping of str to (float, float), optional
         Names of the constants to fit, or names and bounds, among ``edge_stiffness``,
         ``neck_separation``, ``neck_thickness``, ``line_tension`` and ``conversion``, which is c in
-        Ca = c Ca_sim. Whole numbers such as ``vertex_count`` stay as they are.
+        Ca = c Ca_sim. Whole numbers such as ``vertex_count`` stay as they are. By default
+        ``edge_stiffness`` and ``neck_thickness``; with front tracking, which has no springs,
+        ``neck_separation`` and ``neck_thickness``.
     base : Parameters, optional
         The other constants, and where to start; the default preset unless given.
     points : int, optional
@@ -199,7 +211,7 @@ def calibrate(
     """
     aim = as_target(target)
     model = _base(aim, base)
-    bounds = _bounds(free, model)
+    bounds = _bounds(_DEFAULT_FREE[model.model] if free is None else free, model)
     checked_whole("points", points, "use 6", low=3, high=50)
     checked_whole("evaluations", evaluations, "use 80", low=1, high=100_000)
     if grid:
@@ -216,14 +228,15 @@ def calibrate(
         path=None if out is None else Path(out) / LOG,
     )
     shown = sys.stderr.isatty() if progress is None else progress
-    total = 1 + evaluations + len(LANDSCAPES) * grid**2
+    pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
+    total = 1 + evaluations + len(pairs) * grid**2
     with progress_bar(shown, "evaluations", total) as show:
         evaluator.on_evaluation = show
         start = evaluator(_values_of(bounds, model))
         best, converged = _search(evaluator, bounds, start, evaluations)
         surfaces = [
             landscape(evaluator, best, names, _grid_of(names, bounds, model, grid))
-            for names in (LANDSCAPES if grid else ())
+            for names in pairs
         ]
         evaluator.on_evaluation = None
         table = sensitivity_table(evaluator, best)
@@ -299,6 +312,10 @@ def _bounds(free: object, model: Parameters) -> Bounds:
                 advice = "set it in base, and compare calibrations"
                 raise InputError.of("free", "a continuous constant", repr(name), advice)
             raise unknown_name("free", "a constant that may be free", name, FREE)
+        if not has_meaning((name,), model):
+            advice = "choose neck_separation, neck_thickness or conversion"
+            rule = f"a constant of the {model.model} model"
+            raise InputError.of("free", rule, repr(name), advice)
         bounds[name] = _ends(name, _default_bounds(name, model) if ends is None else ends)
         _require_inside(name, bounds[name], model)
     return bounds

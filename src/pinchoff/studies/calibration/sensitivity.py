@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,11 @@ class Landscape:
     best: tuple[float, float]
 
 
+def has_meaning(names: Iterable[str], model: Parameters) -> bool:
+    """Tell whether all of some constants have a meaning in a model; ``conversion`` always has."""
+    return all(getattr(model, name, 0.0) is not None for name in names)
+
+
 def landscape(
     evaluator: Evaluator, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
 ) -> Landscape:
@@ -82,7 +88,7 @@ def landscape(
 
 
 def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
-    """Return how much S_c answers to each of `CONSTANTS`, about the best set.
+    """Return how much S_c answers to each of `CONSTANTS` that the model has, about the best set.
 
     Each constant is made a fifth larger and a fifth smaller (N_v: a quarter, to a multiple of 4),
     the others kept; what follows from one by default, as k̃_a and ε̃_w do from γ̃, follows it.
@@ -99,6 +105,8 @@ def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
     model = evaluator.parameters(best.changes)
     rows = []
     for name in CONSTANTS:
+        if not has_meaning((name,), model):
+            continue
         ends = _ends(name, model)
         low, high = (evaluator({**best.changes, name: end}) for end in ends)
         change = np.log(high.critical_symmetry / low.critical_symmetry)

@@ -30,6 +30,7 @@ from pinchoff.video.regions import (
     border_of,
     closedness,
     is_compact,
+    is_ground,
     leaves_view,
     outside_view,
     sampled,
@@ -44,11 +45,13 @@ Bools = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]
 
 _DENOISING = 0.8  # standard deviation of the filter, pixels
-_LEVELS = 6  # of darkness, one twice the other
+_LEVELS = 7  # of darkness, one twice the other
 _INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
 _STEP = 0.5  # along rays, pixels
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
 _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
+_VIEW_SHARE, _VIEW_PX = 0.35, 2.5  # of the rim's width, pixels: no farther from the interior is
+# the dark edge of the view if it cuts a droplet
 _SAME = 0.5  # ratio of areas above which two interiors are one droplet at two levels
 _CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
 _GAP_SIZE = 0.25  # of the droplets about it: a smaller region that is not round is a gap
@@ -188,7 +191,7 @@ class EnclosedSegmenter:
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
                 continue
             whole = without_bays(walk)
-            if is_compact(whole):
+            if is_compact(whole) and not is_ground(whole, (dark.shape[1], dark.shape[0])):
                 holes.append(whole)
         return self._along_rays(holes, dark, level)
 
@@ -236,7 +239,7 @@ class EnclosedSegmenter:
         for number, (region, away) in enumerate(zip(regions, widths, strict=True)):
             border = region.border
             beyond = _beyond(away, border, owner, number)
-            away[beyond >= 0] *= 0.5  # a wall that two share
+            away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
             for other in np.unique(beyond[beyond >= 0]).tolist():
                 groups.join(number, other)
             away[border.at_edge] = 0.0
@@ -246,9 +249,10 @@ class EnclosedSegmenter:
             if area < self.minimum_area:
                 found.append(None)
                 continue
-            cut = bool(border.at_edge.any()) or leaves_view(
-                self.scene.view, outline, border.normals
-            )
+            # The interior of what is whole ends at its rim, a rim's width before the dark edge.
+            reach = max(_VIEW_PX, _VIEW_SHARE * float(np.median(widths[number])))
+            cut = bool(border.at_edge.any())
+            cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
             x, y = _core.centroid(outline)
             found.append(Droplet(outline, area, x, y, cut, -1))
         numbers = groups.numbers([droplet is not None for droplet in found])

@@ -28,6 +28,7 @@ from pinchoff.video.regions import (
     border_of,
     closedness,
     is_compact,
+    is_ground,
     leaves_view,
     outside_view,
     sampled,
@@ -46,6 +47,7 @@ _LEVELS = 9  # of darkness, from the noise to nearly the darkest
 _NEARLY = 0.8
 _REACH = 0.25  # of the radius: how far rays go to both sides
 _LEAST_REACH = 3.0  # pixels
+_VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
 _SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
@@ -151,7 +153,7 @@ class SpotSegmenter:
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
             area = _core.area(outline)
             cut = bool(border.at_edge.any())
-            cut = cut or leaves_view(self.scene.view, outline, border.normals)
+            cut = cut or leaves_view(self.scene.view, outline, border.normals, _VIEW_PX)
             middle_x, middle_y = _core.centroid(outline)
             droplet = Droplet(outline, area, middle_x, middle_y, cut, -1)
             found.append(droplet if area >= self.minimum_area else None)
@@ -187,6 +189,8 @@ class SpotSegmenter:
             if cv2.contourArea(walk) < 0.5 * self.minimum_area:
                 continue
             whole = without_bays(walk)
+            if is_ground(whole, (dark.shape[1], dark.shape[0])):
+                continue
             parts = [whole] if is_compact(whole) else self._parted(walk)
             for part in parts:
                 spot = self._measured(part, dark, level)

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pinchoff.collisions.law import transition_factor
+from pinchoff.explorer.page import LINK, NO_PAGE
 from pinchoff.figures.breakup_probability import breakup_probability
 from pinchoff.figures.constant_height import constant_height
 from pinchoff.figures.daughters import daughter_areas
@@ -16,6 +17,7 @@ from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
 from pinchoff.studies.necks import median_history
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
@@ -26,9 +28,10 @@ if TYPE_CHECKING:
     from pinchoff.support.interval import Estimate
 
 PAPER = {
-    "alpha": "0.083 ± 0.006",
-    "beta": "−0.74 ± 0.03",
-    "w": "0.098 ± 0.006",
+    **{
+        key: f"{numeral(value, 'g')} ± {error}"
+        for key, (value, error) in paper.EXPERIMENT_FIT.items()
+    },
     "epsilon_1": "1",
     "epsilon_2": "−3",
     "epsilon_3": "1",
@@ -124,7 +127,9 @@ def law_figures(study: LawStudy) -> dict[str, tuple[Axes, str]]:
     return drawn
 
 
-def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -> Page:
+def law_page(
+    study: LawStudy, source: str, figures: list[tuple[Picture, str]], explorer: str = ""
+) -> Page:
     """Return the page.
 
     Parameters
@@ -133,6 +138,8 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
     source : str
         What the table is called.
     figures : list of (picture, caption)
+    explorer : str, optional
+        Name of the page beside it in which the collisions can be explored; empty: there is none.
     """
     fit = study.fit
     notice = (
@@ -144,6 +151,10 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
         "line S = α (Ca Ã z̃)^β."
     )
     page = Page("The break-up law", summary, notice)
+    if explorer:
+        page.link(LINK, explorer)
+    else:
+        page.paragraph(NO_PAGE)
     page.section("Numbers")
     page.table(law_columns(study), law_rows(study))
     for text in _remarks(study):
