@@ -235,8 +235,7 @@ def calibrate(
         start = trials(_values_of(bounds, model))
         best, converged = _search(trials, bounds, start, evaluations)
         surfaces = [
-            landscape(trials, best, names, _grid_of(names, bounds, model, grid))
-            for names in pairs
+            landscape(trials, best, names, _grid_of(names, bounds, model, grid)) for names in pairs
         ]
         trials.on_evaluation = None
         table = sensitivity_table(trials, best)
