@@ -143,7 +143,7 @@ def run_columns(
         "source": np.full(len(parameters), "simulation", dtype=object),
         "collision_id": np.array(ids, dtype=np.int64),
         **_parameter_columns(parameters),
-        **_event_columns(result),
+        **_event_columns(parameters, result),
     }
     columns |= _physical_columns(parameters, columns)
     columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
@@ -202,7 +202,9 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
     return {name: np.array([getattr(p, name) for p in parameters], float) for name in names}
 
 
-def _event_columns(result: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[Any]]:
+def _event_columns(
+    parameters: Sequence[Parameters], result: dict[str, NDArray[np.float64]]
+) -> dict[str, NDArray[Any]]:
     code = result["outcome"].astype(np.int64)
     failed, broke = code == _FAILED, result["breakup_count"] > 0
     # A neck is infinite while the outline has no two sides far enough apart: nothing measured.
@@ -241,7 +243,7 @@ def _reject_reasons(
 ) -> NDArray[Any]:
     reasons = np.full(result["guard"].size, "", dtype=object)
     reasons[np.isnan(result["contact_time"])] = NO_CONTACT
-    for i in np.flatnonzero(result["outcome"] == _FAILED):
+    for i in np.flatnonzero(result["outcome"] == _FAILED).tolist():
         guard = _core.GUARDS[int(result["guard"][i])]
         value, time = result["guard_value"][i], result["guard_time"][i]
         reasons[i] = guard_message(guard, value, time, springs=_has_springs(parameters[i]))

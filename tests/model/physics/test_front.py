@@ -118,7 +118,7 @@ def test_a_circle_is_carried_by_a_uniform_flow_unchanged():
 
 
 def test_velocity_is_the_flow_and_the_gradient_of_line_tension_at_fixed_area():
-    """v - u is along -∇P + p∇A with the mobility N_v/μD0, but for a slide along the outline."""
+    """The motion beside the flow is along -∇P + p∇A, mobility N_v/μD0, but for a slide."""
     rng = np.random.default_rng(3)
     row = front_row(vertex_count=64)
     angle = np.linspace(0, 2 * np.pi, 20_000, endpoint=False)
@@ -261,7 +261,7 @@ def test_mirror_and_translation():
 
 def test_numbering_does_not_show():
     """An outline numbered from another vertex moves the same."""
-    start = wavy(60, 0.2, 3) + [-1.2, 0.1]
+    start = wavy(60, 0.2, 3) + np.array([-1.2, 0.1])
     row = front_row(vertex_count=60)
     flow, walls = _core.StokesFlow(1 / 5.66), np.array([[0, 0, 1 / 5.66]])
     end, _ = _core.advance_front(row, flow, start, walls, 1e-3, 600)
@@ -333,7 +333,7 @@ def program(tmp_path_factory):
     [(20.0, 0.05, 5.66), (40.0, 0.02, 5.66), (60.0, 0.1, 4.0), (30.0, 0.03, 7.5)],
 )
 def test_collision_equals_that_of_an_independent_program(program, capillary, offset, size_ratio):
-    """Explicit normal motion, other curvature, other spacing: the same collision to its accuracy."""
+    """Explicit normal motion, other curvature, other spacing: the same to its accuracy."""
     arguments = (128, 0, capillary, offset, size_ratio, 1e-4)
     ended = subprocess.run(
         [program, *map(str, arguments)], check=True, capture_output=True, text=True
