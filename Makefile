@@ -2,6 +2,7 @@
 # make test       the fast tests            make test-slow  the others too
 # make bench      speed beside three plain programs of the same physics
 # make docs       the site, in build/docs; open build/docs/index.html
+# make explorer   the live model as one web page, build/explorer.html
 # make wheel      what is published, in dist/: the sdist and this machine's wheel
 # make lint       style, types, formatting  make format     lay the code out anew
 #
@@ -15,11 +16,15 @@ BIN := $(VENV)/bin
 WHEELS := build/wheel
 
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
-    $(shell find include src -type f -not -path '*/__pycache__/*')
+    $(shell find include src -type f -not -path '*/__pycache__/*' -not -name page.html)
 CPP := $(shell find include src benchmarks -name '*.[ch]pp')
+# The page of the explorer: part of what is tested, shown and published, not needed to try the package.
+PAGE := src/pinchoff/explorer/page.html
+WITH_PAGE := $(filter test test-slow docs explorer wheel,$(MAKECMDGOALS))
+
 PY := src tests benchmarks examples docs/conf.py docs/_extensions
 
-.PHONY: demo test test-slow bench bench-quick docs wheel lint format clean
+.PHONY: demo test test-slow bench bench-quick docs explorer wheel lint format clean
 
 demo: $(VENV)/package.stamp
 	$(BIN)/pinchoff run --out demo --overwrite
@@ -47,6 +52,10 @@ docs: $(VENV)/docs.stamp
 	$(BIN)/sphinx-build -W --keep-going -q -E -a docs build/docs
 	@echo "see build/docs/index.html"
 
+explorer: $(VENV)/package.stamp
+	$(BIN)/pinchoff explore --out build/explorer.html
+	@echo "see build/explorer.html"
+
 wheel: $(VENV)/test.stamp
 	rm -rf dist
 	$(BIN)/python -m build --outdir dist
@@ -64,7 +73,7 @@ format: $(VENV)/lint.stamp
 	$(BIN)/clang-format -i $(CPP)
 
 clean:
-	rm -rf $(VENV) build demo dist benchmarks/results
+	rm -rf $(VENV) build demo dist benchmarks/results $(PAGE)
 
 $(VENV)/venv.stamp:
 	$(PYTHON) -m venv $(VENV)
@@ -74,8 +83,13 @@ $(VENV)/venv.stamp:
 	    | xargs $(BIN)/python -m pip install --quiet cmake ninja
 	touch $@
 
+# The compiler is pinned: the same sources give the same page.
+$(PAGE): $(VENV)/venv.stamp $(shell find include src/core src/explorer -type f -not -path '*/__pycache__/*')
+	$(BIN)/python -m pip install --quiet ziglang==0.17.1
+	$(BIN)/python src/explorer/build.py $@
+
 # The wheel's name carries the version and the platform, so its folder holds this one only.
-$(VENV)/package.stamp: $(VENV)/venv.stamp $(SOURCES)
+$(VENV)/package.stamp: $(VENV)/venv.stamp $(SOURCES) $(if $(WITH_PAGE),$(PAGE),$(wildcard $(PAGE)))
 	rm -rf $(WHEELS)
 	$(BIN)/python -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir $(WHEELS) .
 	$(BIN)/python -m pip install --quiet --force-reinstall --no-deps $(WHEELS)/*.whl

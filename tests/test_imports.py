@@ -1,4 +1,4 @@
-"""The direction of imports: between the ten rooms strictly downwards, between files no circle.
+"""The direction of imports: between the rooms strictly downwards, between files no circle.
 
 Every import counts, those for type checkers and those inside functions too: they say which file
 knows of which.
@@ -20,7 +20,9 @@ ROOMS = (
     "studies",
     "video",
     "chamber",
+    "explorer",
     "figures",
+    "explorer",
     "paper",
     "cli",
 )

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,11 +17,17 @@ class Collision {
 public:
     Collision(const Model& model, const Flow& flow, std::vector<Obstacle> obstacles,
               const std::vector<Start>& starts, const Kernels& kernels)
-        : island_(model, flow, std::move(obstacles), starts, kernels) {}
+        : world_(std::make_unique<const World>(
+              World{model, flow, ObstacleGrid(std::move(obstacles), {}), kernels})),
+          island_(*world_) {
+        for (const Start& s : starts) island_.add(undeformed(model, s));
+        island_.begin(0.0);
+    }
 
     double time() const { return island_.time(); }
     bool finished() const { return finished_ || island_.stopped(); }
     const std::vector<Droplet>& droplets() const { return island_.droplets(); }
+    const std::vector<Obstacle>& obstacles() const { return world_->obstacles.obstacles(); }
     const std::vector<ContactEvent>& contacts() const { return island_.contacts(); }
     const std::vector<BreakupEvent>& breakups() const { return island_.breakups(); }
     std::vector<std::vector<Vec2>> synchronized_velocities() {
@@ -41,6 +48,7 @@ public:
     Result result() const;
 
 private:
+    std::unique_ptr<const World> world_;
     Island island_;
     bool finished_ = false;
     double minimum_neck_ = std::numeric_limits<double>::infinity();
@@ -49,12 +57,13 @@ private:
     void run_block() {
         const int watched = contacts().empty() ? -1 : contacts().front().droplet;
         const std::size_t before = breakups().size();
+        island_.watch(watched);
         const Budget budget = island_.settle();
         sample_neck(watched, before);
         const bool broke = breakups().size() > before;
         if (island_.stopped()) return;
         finished_ =
-            (broke && island_.model().stop_at_breakup != 0.0) || (island_.at_sample() && ended());
+            (broke && world_->model.stop_at_breakup != 0.0) || (island_.at_sample() && ended());
         if (!finished_) island_.run_block(budget);
     }
 
@@ -82,7 +91,7 @@ inline void Collision::sample_neck(int watched, std::size_t breakups_before) {
 /// must neither build new ones nor fire a guard.
 inline Energies Collision::energies() const {
     Energies sum;
-    for (const Droplet& d : droplets()) add_energies(sum, d, island_.obstacles());
+    for (const Droplet& d : droplets()) add_energies(sum, d, obstacles());
     for (const DropletContact& c : island_.seen().lists.touches) {
         const Ring &a = droplets()[c.ring].ring, &b = droplets()[c.other].ring;
         const Nearest near =
@@ -96,10 +105,10 @@ inline Energies Collision::energies() const {
 
 /// Whether every droplet has left every obstacle behind, or the time is up.
 inline bool Collision::ended() const {
-    if (time() >= island_.model().time_limit) return true;
-    if (island_.obstacles().empty()) return false;
+    if (time() >= world_->model.time_limit) return true;
+    if (obstacles().empty()) return false;
     double rear = -std::numeric_limits<double>::infinity();
-    for (const Obstacle& o : island_.obstacles()) rear = std::max(rear, o.x + o.radius);
+    for (const Obstacle& o : obstacles()) rear = std::max(rear, o.x + o.radius);
     for (const Droplet& d : droplets())
         for (int i = 0; i < d.ring.count; ++i)
             if (d.ring.x[i] < rear + kDepartureDistance) return false;
@@ -112,7 +121,7 @@ inline Result Collision::result() const {
     double* const fields = reinterpret_cast<double*>(&r);
     std::fill_n(fields, kResultFields, kNone);
     const Alarm& alarm = island_.alarm();
-    const bool timed_out = time() >= island_.model().time_limit && !island_.obstacles().empty();
+    const bool timed_out = time() >= world_->model.time_limit && !obstacles().empty();
     r.outcome = static_cast<double>(alarm.guard != Guard::none ? Outcome::failed
                                     : !breakups().empty()      ? Outcome::broke
                                     : timed_out                ? Outcome::captured

@@ -10,12 +10,16 @@
 
 #include "droplet.hpp"
 #include "front.hpp"
+#include "neighbours.hpp"
 
 namespace pinchoff {
 
 struct ContactLists {
     std::vector<WallContact> walls;
     std::vector<DropletContact> touches;
+
+    std::vector<Box> chunks;  // room for the boxes of an outline's stretches of kLanes edges
+    std::vector<int> edges;   // room for the edges near one vertex
 
     void clear() {
         walls.clear();
@@ -32,6 +36,11 @@ inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.ra
 inline double wall_range(const Ring& ring, const Obstacle& o) {
     if (!tracks_front(ring)) return 0.5 * ring.rest_length;
     return edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring);
+}
+
+/// No vertex feels an obstacle from further away, also when edges have grown a good deal longer.
+inline double longest_wall_range(const Ring& ring) {
+    return tracks_front(ring) ? 2.0 * edge_scale(ring) : 0.5 * ring.rest_length;
 }
 
 /// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
@@ -53,23 +62,6 @@ inline double list_wall(ContactLists& lists, const Droplet& d, int index, const 
     return margin;
 }
 
-struct Box {
-    double left, right, bottom, top;
-};
-
-inline Box bounding_box(const Ring& r) {
-    const auto [left, right] = std::minmax_element(r.x, r.x + r.count);
-    const auto [bottom, top] = std::minmax_element(r.y, r.y + r.count);
-    return {*left, *right, *bottom, *top};
-}
-
-/// Distance between two boxes, zero where they overlap.
-inline double gap(const Box& a, const Box& b) {
-    const double x = std::max({0.0, a.left - b.right, b.left - a.right});
-    const double y = std::max({0.0, a.bottom - b.top, b.bottom - a.top});
-    return std::hypot(x, y);
-}
-
 /// Whether an edge is too near a vertex along the outline to count as its far side.
 inline bool adjacent(const Ring& ring, int vertex, int edge) {
     const int ahead =
@@ -82,39 +74,73 @@ struct Run {
     int first, count;
 };
 
-/// The shortest stretch of n edges round a ring that holds every edge for which near(k); `some` is
-/// one.
-template <class Near>
-Run covering_run(int n, int some, const Near& near) {
-    Run run{some, n};
-    for (int step = 1, gap = 0; step <= n; ++step) {
-        const int k = (some + step) % n;
-        if (!near(k)) {
-            ++gap;
-            continue;
-        }
-        if (n - gap < run.count) run = {k, n - gap};
-        gap = 0;
+/// The shortest stretch of the n edges round a ring that holds all the given ones, of which there
+/// is at least one; they ascend. Of equally short ones the first after edges[some].
+inline Run covering_run(int n, const std::vector<int>& edges, std::size_t some) {
+    Run run{edges[some], n};
+    int before = edges[some];
+    for (std::size_t step = 1; step <= edges.size(); ++step) {
+        const int edge = edges[(some + step) % edges.size()];
+        const int hole = (edge - before - 1 + n) % n;
+        if (n - hole < run.count) run = {edge, n - hole};
+        before = edge;
     }
     return run;
 }
 
-/// Lists the vertices of ring a near edges of ring b. Each is listed with one stretch of edges
-/// round the nearest, since the nearest edge alone tells on which side of a thin part it is.
-/// Returns how deep any of them is inside b.
-inline double list_touches(ContactLists& lists, const Kernels& kernels, const Ring& a, int index_a,
-                           const Ring& b, int index_b, double within) {
-    const Box box = bounding_box(b);
+/// Boxes of the stretches of kLanes edges of a ring.
+inline void box_chunks(const Ring& ring, std::vector<Box>& out) {
+    out.clear();
+    for (int first = 0; first < ring.count; first += kLanes) {
+        Box box = box_of({ring.x[first], ring.y[first]});
+        for (int i = first + 1; i <= std::min(first + kLanes, ring.count); ++i)
+            box = {std::min(box.left, ring.x[i]), std::max(box.right, ring.x[i]),
+                   std::min(box.bottom, ring.y[i]), std::max(box.top, ring.y[i])};
+        out.push_back(box);
+    }
+}
+
+/// Edges of a ring within a distance of a point, ascending, into lists.edges; returns which of them
+/// is the nearest. lists.chunks are the ring's.
+inline std::size_t edges_near(ContactLists& lists, const Ring& ring, Vec2 r, double within) {
+    lists.edges.clear();
+    std::size_t nearest = 0;
+    double least2 = std::numeric_limits<double>::infinity();
+    for (std::size_t c = 0; c < lists.chunks.size(); ++c) {
+        const Box& box = lists.chunks[c];
+        const double x = std::max({0.0, box.left - r.x, r.x - box.right});
+        const double y = std::max({0.0, box.bottom - r.y, r.y - box.top});
+        if (x * x + y * y > within * within) continue;
+        const int first = static_cast<int>(c) * kLanes;
+        for (int k = first; k < std::min(first + kLanes, ring.count); ++k) {
+            const double away2 = edge_distance2(ring, r, k);
+            if (std::sqrt(away2) > within) continue;
+            if (away2 < least2) {
+                least2 = away2;
+                nearest = lists.edges.size();
+            }
+            lists.edges.push_back(k);
+        }
+    }
+    return nearest;
+}
+
+/// Lists the vertices of ring a near edges of ring b, whose image is shifted. Each is listed with
+/// one stretch of edges round the nearest, since the nearest edge alone tells on which side of a
+/// thin part it is. Returns how deep any of them is inside b.
+inline double list_touches(ContactLists& lists, const Ring& a, int index_a, const Ring& b,
+                           int index_b, const Box& box_b, Vec2 image, double within) {
     double deepest = 0;
+    box_chunks(b, lists.chunks);
+    const Box wide = grown(box_b, within);
     for (int i = 0; i < a.count; ++i) {
-        const Vec2 r = displacement({0.0, 0.0}, {a.x[i], a.y[i]});
-        if (gap({r.x, r.x, r.y, r.y}, box) > within) continue;
-        if (kernels.edge_distance2(b, r.x, r.y) > within * within) continue;
-        const Nearest nearest = nearest_edge(b, r, 0, b.count);
-        const Run run = covering_run(b.count, nearest.edge, [&](int k) {
-            return std::fabs(nearest_edge(b, r, k, 1).distance) <= within;
-        });
-        lists.touches.push_back({index_a, i, index_b, run.first, run.count});
+        const Vec2 r = displacement(image, {a.x[i], a.y[i]});
+        if (r.x < wide.left || r.x > wide.right || r.y < wide.bottom || r.y > wide.top) continue;
+        const std::size_t some = edges_near(lists, b, r, within);
+        if (lists.edges.empty()) continue;
+        const Nearest nearest = nearest_edge(b, r, lists.edges[some], 1);
+        const Run run = covering_run(b.count, lists.edges, some);
+        lists.touches.push_back({index_a, i, index_b, run.first, run.count, image.x, image.y});
         deepest = std::min(deepest, nearest.distance);
     }
     return -deepest;
@@ -126,14 +152,15 @@ struct PairRoom {
     double allowed, depth;
 };
 
-/// Lists the vertices of ring a that may touch ring b.
-inline PairRoom list_pair(ContactLists& lists, const Kernels& kernels, const Ring& a, int index_a,
-                          const Ring& b, int index_b) {
+/// Lists the vertices of ring a that may touch ring b, whose image is shifted.
+inline PairRoom list_pair(ContactLists& lists, const Ring& a, int index_a, const Box& box_a,
+                          const Ring& b, int index_b, const Box& box_b, Vec2 image) {
     // A list is built wider than the contact's range by what both sides may move.
     const double margin = 0.5 * touch_of(a, b).length, range = tracks_front(a) ? 0.0 : margin;
-    const double apart = gap(bounding_box(a), bounding_box(b)) - range;
+    const double apart = gap(box_a, shifted(box_b, image)) - range;
     if (apart > 2.0 * margin) return {0.5 * apart, 0.0};
-    return {margin, list_touches(lists, kernels, a, index_a, b, index_b, range + 2.0 * margin)};
+    return {margin,
+            list_touches(lists, a, index_a, b, index_b, box_b, image, range + 2.0 * margin)};
 }
 
 /// Whether any vertex kApart or more edges away along the outline is within a distance.

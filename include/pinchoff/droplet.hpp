@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "model.hpp"
+#include "neighbours.hpp"
 #include "polygon.hpp"
 #include "step.hpp"
 
@@ -19,13 +20,40 @@ inline double rest_length(double area, int count) {
     return std::sqrt(4.0 * area * std::tan(kPi / count) / count);
 }
 
+/// What was measured on one droplet. A look at the chords of its outline holds for a while: until
+/// its vertices have moved, relative to their drift, by what it left.
+struct DropletLook {
+    Survey survey{};
+    NeckScan neck{std::numeric_limits<double>::infinity(), 0,
+                  std::numeric_limits<double>::infinity()};
+    bool scanned = false;  // whether `neck` is of this instant
+    double neck_room =
+        -1.0;             // how far the vertices may still move before a neck can be thin enough
+    double thinnest = 0;  // no chord across is shorter
+    double relative = 0, drift = 0;  // path over the last block: relative to the drift, and its own
+};
+
+/// The number of a droplet that has none yet.
+inline constexpr int kNoNumber = -1;
+
 /// Owns the arrays that its `ring` points to.
 class Droplet {
 public:
-    int id = 0;
+    int id = kNoNumber;
     int generation = 0;
     Ring ring;
+    double lag = 0;              // how far its velocities are behind its positions, in time
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
+
+    Box kept{0, 0, 0, 0};             // a box that held it when its neighbours were last sought
+    bool sought = false;              // whether they were
+    std::vector<ObstacleImage> near;  // obstacles near that box
+    DropletLook seen;                 // from one island to the next
+
+    int place = -1;  // where it stood when its window began
+    double travel = std::numeric_limits<double>::infinity();   // way that its island reckons with
+    double travelled = 0;                                      // bound on its way since it began
+    double mended = -std::numeric_limits<double>::infinity();  // when it was last re-spaced
 
     /// A droplet of area A_eq `rest_area` at positions and velocities (count), counter-clockwise.
     ///
@@ -82,36 +110,69 @@ public:
         }
     }
 
+    /// Shift it whole.
+    void move_by(Vec2 way) {
+        for (int i = -1; i <= ring.padded; ++i) {
+            ring.x[i] += way.x;
+            ring.y[i] += way.y;
+        }
+    }
+
     /// Copy of positions and velocities, ghosts included, and the way back.
     void save() { std::copy_n(state_, state_size_, saved_); }
     void restore() { std::copy_n(saved_, state_size_, state_); }
+
+    /// The same for all that changes while an island advances, over more than one block.
+    void remember() {
+        std::copy_n(state_, state_size_, remembered_);
+        memory_ = {true, lag, travelled, mended, contacted.size(), seen};
+    }
+    bool remembered() const { return memory_.held; }
+    void recall() {
+        std::copy_n(remembered_, state_size_, state_);
+        lag = memory_.lag;
+        travelled = memory_.travelled;
+        mended = memory_.mended;
+        contacted.resize(memory_.contacted);
+        seen = memory_.seen;
+        sought = false;
+    }
 
 private:
     struct Free {
         void operator()(double* p) const { ::operator delete[](p, std::align_val_t{64}); }
     };
     std::unique_ptr<double[], Free> storage_;
-    double *state_ = nullptr, *saved_ = nullptr;
+    double *state_ = nullptr, *saved_ = nullptr, *remembered_ = nullptr;
     std::size_t state_size_ = 0;
+    struct Memory {
+        bool held = false;
+        double lag = 0, travelled = 0, mended = 0;
+        std::size_t contacted = 0;
+        DropletLook seen;
+    } memory_;
 
     void allocate(int count) {
         ring.count = count;
         ring.padded = (count + kLanes - 1) / kLanes * kLanes;
         const std::size_t stride = ring.padded + 2 * kLanes;  // room for ghosts, aligned to lanes
         state_size_ = 4 * stride;
-        const std::size_t total = 19 * stride;
+        double** const arrays[] = {&ring.x,      &ring.y,       &ring.vx,      &ring.vy,
+                                   &ring.pull_x, &ring.pull_y,  &ring.push_x,  &ring.push_y,
+                                   &ring.path,   &ring.fluid_x, &ring.fluid_y, &ring.mid_x,
+                                   &ring.mid_y,  &ring.length,  &ring.slide};
+        const std::size_t total = std::size(arrays) * stride + 2 * state_size_;
         storage_.reset(
             static_cast<double*>(::operator new[](total * sizeof(double), std::align_val_t{64})));
         std::fill_n(storage_.get(), total, 0.0);
         double* next = storage_.get();
         state_ = next;
-        for (double** a : {&ring.x, &ring.y, &ring.vx, &ring.vy, &ring.pull_x, &ring.pull_y,
-                           &ring.push_x, &ring.push_y, &ring.path, &ring.fluid_x, &ring.fluid_y,
-                           &ring.mid_x, &ring.mid_y, &ring.length, &ring.slide}) {
+        for (double** a : arrays) {
             *a = next + kLanes;
             next += stride;
         }
         saved_ = next;
+        remembered_ = saved_ + state_size_;
     }
 
     std::vector<Vec2> copy(const double* x, const double* y) const {

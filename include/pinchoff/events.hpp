@@ -7,6 +7,12 @@
 
 namespace pinchoff {
 
+/// A droplet re-spaced less than this long ago, t0, is not re-spaced again.
+inline constexpr double kMendingInterval = 1.0;
+/// The box of a droplet that is compared with everybody, D0; and the margin where space repeats.
+inline constexpr double kEverywhere = 1e9;
+inline constexpr double kExhaustiveMargin = 4.0;
+
 inline const Island::Detector Island::kDetectors[] = {
     {&Island::look_at_soundness, &Island::never, false},
     {&Island::look_at_necks, &Island::break_up, true},
@@ -19,17 +25,19 @@ inline Budget Island::settle() {
     survey();
     for (const Detector* d = std::begin(kDetectors); d != std::end(kDetectors);) {
         const Finding found = (this->*d->look)(look_);
-        if (found.guard != Guard::none) stop(found.guard, found.value);
+        if (found.guard != Guard::none && !world_->retires) stop(found.guard, found.value);
         if (stopped()) return budget;
-        if (!found.happened) {
+        const bool refused = found.guard != Guard::none;
+        if (!refused && !found.happened) {
             budget.limit_to(found.budget);
             ++d;
             continue;
         }
-        (this->*d->happen)(found);
+        if (refused) mend(found);
+        else (this->*d->happen)(found);
         if (stopped()) return budget;
-        if (!d->renews) continue;
-        if (model_.stop_at_breakup != 0.0) return budget;
+        if (!refused && !d->renews) continue;
+        if (world_->model.stop_at_breakup != 0.0 && !refused) return budget;
         budget = {};
         survey();
         d = std::begin(kDetectors);
@@ -38,15 +46,56 @@ inline Budget Island::settle() {
     return budget;
 }
 
-/// Extents and speeds of every droplet, and the drift that the coming paths are taken relative to.
+/// Extents and speeds of every droplet, the drift that the coming paths are taken relative to, and
+/// who is near whom.
 inline void Island::survey() {
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Ring& ring = droplets_[i].ring;
         ring.drift_x = mean(ring.vx, ring.count);
         ring.drift_y = mean(ring.vy, ring.count);
-        kernels_.survey(ring, look_.droplets[i].survey);
+        world_->kernels.survey(ring, look_.droplets[i].survey);
         look_.droplets[i].scanned = false;
     }
+    seek_neighbours();
+}
+
+inline bool Island::looks_at_all() const {
+    const std::size_t bodies = world_->obstacles.obstacles().size() + droplets_.size();
+    return world_->exhaustive || (bodies <= kFewBodies && !world_->period.any());
+}
+
+/// Keeps the lists of neighbours complete: sought anew for a droplet that comes near the side of
+/// the box that it is kept in.
+inline void Island::seek_neighbours() {
+    look_.neighbour_room = std::numeric_limits<double>::infinity();
+    bool changed = boxes_.size() != droplets_.size();
+    boxes_.resize(droplets_.size());
+    for (std::size_t i = 0; i < droplets_.size(); ++i) {
+        Droplet& d = droplets_[i];
+        const Box& box = look_.droplets[i].survey.box;
+        if (!d.sought || !(room_in(d.kept, box) > 0.25 * kKeptMargin)) {
+            seek_obstacles(d, box);
+        }
+        changed = changed || d.kept.left != boxes_[i].left || d.kept.top != boxes_[i].top ||
+                  d.kept.right != boxes_[i].right || d.kept.bottom != boxes_[i].bottom;
+        boxes_[i] = d.kept;
+        look_.neighbour_room = std::min(look_.neighbour_room, room_in(d.kept, box));
+    }
+    if (changed) finder_.find(boxes_, world_->period, pairs_);
+}
+
+/// Draws a new box round a droplet and finds the obstacles near it.
+inline void Island::seek_obstacles(Droplet& d, const Box& box) const {
+    d.sought = true;
+    const ObstacleGrid& grid = world_->obstacles;
+    if (!looks_at_all() || world_->period.any()) {
+        d.kept = grown(box, world_->exhaustive ? kExhaustiveMargin : kKeptMargin);
+        return grid.find(d.kept, longest_wall_range(d.ring), d.near);
+    }
+    d.kept = {-kEverywhere, kEverywhere, -kEverywhere, kEverywhere};
+    d.near.clear();
+    for (int o = 0; o < static_cast<int>(grid.obstacles().size()); ++o)
+        d.near.push_back({o, {0, 0}});
 }
 
 /// The guards on each droplet alone.
@@ -54,7 +103,7 @@ inline Finding Island::look_at_soundness(Look& look) const {
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         double value = 0;
         const Guard guard = unsound(droplets_[i], look.droplets[i].survey, value);
-        if (guard != Guard::none) return Finding::alarm(guard, value);
+        if (guard != Guard::none) return Finding::alarm(guard, value, static_cast<int>(i));
     }
     return {};
 }
@@ -65,13 +114,13 @@ inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) c
     if (!(s.reach < limit_of(Guard::blow_up) * std::sqrt(d.ring.padded))) return Guard::blow_up;
     value = s.area / d.ring.rest_area - 1.0;
     if (!(std::fabs(value) <= limit_of(Guard::area))) return Guard::area;
-    if (flow_.kind == FlowKind::sampled) {
-        value = outside(flow_, bounding_box(d.ring));
+    if (world_->flow.kind == FlowKind::sampled) {
+        value = outside(world_->flow, s.box);
         if (value > limit_of(Guard::flow_domain)) return Guard::flow_domain;
     }
     value = d.id;
     if (step_ % (kCrossingSamples * sample_steps_) == 0 &&
-        kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+        world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
         return Guard::self_intersection;
     return Guard::none;
 }
@@ -83,24 +132,38 @@ inline Separation slackened(Separation s) {
     return {kSlack * s.fraction, kSlack * s.length};
 }
 
-/// Necks: how far vertices may move before the neck of any droplet can pass the threshold.
+/// Necks: how far vertices may move before the neck of any droplet can pass the threshold. An
+/// earlier look still holds where it leaves room enough up to the next sample.
 inline Finding Island::look_at_necks(Look& look) const {
     Finding found;
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
-        const Ring& ring = droplets_[i].ring;
+        const Droplet& d = droplets_[i];
+        const Ring& ring = d.ring;
         DropletLook& seen = look.droplets[i];
-        const double threshold = model_.neck_thickness * ring.diameter;
-        const Separation separation{separation_.fraction, separation_.length * ring.diameter};
+        const bool breaks = !(ring.diameter < world_->smallest_breaking);
+        const double way = seen.survey.relative_speed * time_step_ * steps_to_sample();
+        // One that does not break is looked at for its own sides alone, once they come near.
+        const double room = breaks ? seen.neck_room : 0.5 * seen.thinnest - 3.0 * ring.rest_length;
+        if (room > way / kBlockSafety && !(d.id == watched_ && at_sample())) {
+            found.budget.relative = std::min(found.budget.relative, room);
+            continue;
+        }
+        const double threshold = world_->model.neck_thickness * ring.diameter;
+        const Separation& limit = world_->separation;
+        const Separation separation{limit.fraction, limit.length * ring.diameter};
         look.neck_work.resize(
             std::max<std::size_t>(look.neck_work.size(), neck_work_size(ring.count)));
-        seen.neck = kernels_.scan_neck(ring.x, ring.y, ring.count, separation, threshold,
-                                       look.neck_work.data());
+        seen.neck = world_->kernels.scan_neck(ring.x, ring.y, ring.count, separation, threshold,
+                                              look.neck_work.data());
         seen.scanned = true;
+        seen.neck_room = std::max(seen.neck.budget, 0.0);
+        seen.thinnest = std::sqrt(seen.neck.nearest2);
+        if (!breaks) continue;
         // That a chord leaves both ends inwards is seen by the scan, that it crosses no edge here.
         if (seen.neck.thickness2 < threshold * threshold &&
-            find_neck(droplets_[i].positions(), slackened(separation)).thickness < threshold)
+            find_neck(d.positions(), slackened(separation)).thickness < threshold)
             return Finding::event(static_cast<int>(i));
-        found.budget.relative = std::min(found.budget.relative, std::max(seen.neck.budget, 0.0));
+        found.budget.relative = std::min(found.budget.relative, seen.neck_room);
     }
     return found;
 }
@@ -110,17 +173,23 @@ inline Finding Island::look_at_necks(Look& look) const {
 /// keeps the lists complete, lets no contact begin and no edge cross an obstacle unseen.
 inline Finding Island::look_at_obstacles(Look& look) const {
     Finding found;
+    found.budget.absolute = std::min(found.budget.absolute, look.neighbour_room);
     look.lists.walls.clear();
     look.nearby.clear();
     look.distance2.clear();
     for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
         const Droplet& d = droplets_[i];
-        for (int o = 0; o < static_cast<int>(obstacles_.size()); ++o) {
-            const Nearby pair = look_nearby(look, kernels_, d.ring, i, obstacles_[o], o);
-            const double depth = depth_of(pair, obstacles_[o]);
-            if (depth > limit_of(Guard::penetration))
-                return Finding::alarm(Guard::penetration, depth);
-            const bool first = begins(pair, d, obstacles_[o]);
+        for (const ObstacleImage& image : d.near) {
+            const Obstacle o = world_->obstacles.seen(image);
+            // What the boxes alone allow; no closer look can find less.
+            const double least = gap(box_of({o.x, o.y}), look.droplets[i].survey.box) - o.radius -
+                                 wall_range(d.ring, o);
+            if (least > std::max(found.budget.absolute, wall_margin(o))) continue;
+            const Nearby pair = look_nearby(look, world_->kernels, d.ring, i, o, image.index);
+            const double depth = depth_of(pair);
+            if (depth > limit_of(Guard::penetration) && found.guard == Guard::none)
+                found.refuse(Guard::penetration, depth, i);
+            const bool first = begins(pair, d);
             if (first) look.nearby.push_back(pair);
             // No front may enter a wall, measured or not: it does not push.
             if (!first || tracks_front(d.ring)) list_obstacle(look, d, pair, found.budget);
@@ -133,9 +202,9 @@ inline Finding Island::look_at_obstacles(Look& look) const {
 /// Lists one pair that is not in first contact, and limits the budget to what keeps it complete.
 inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pair,
                                   Budget& budget) const {
-    const Obstacle& o = obstacles_[pair.obstacle];
+    const Obstacle& o = pair.seen;
     const bool met = d.has_met(pair.obstacle);
-    if (!met) budget.absolute = std::min(budget.absolute, std::max(first_gap(pair, d, o), 0.0));
+    if (!met) budget.absolute = std::min(budget.absolute, std::max(first_gap(pair, d), 0.0));
     if (met || tracks_front(d.ring)) {
         const double* chunks = look.distance2.data() + pair.chunks;
         budget.absolute =
@@ -150,28 +219,28 @@ inline Finding Island::look_at_touches(Look& look) const {
     Finding found;
     double& allowed = found.budget.absolute;
     look.lists.touches.clear();
-    for (int i = 0; i < static_cast<int>(droplets_.size()); ++i) {
-        for (int j = 0; j < static_cast<int>(droplets_.size()); ++j) {
-            const Ring &a = droplets_[i].ring, &b = droplets_[j].ring;
-            if (i == j) {
-                const double thinnest = std::sqrt(look.droplets[i].neck.nearest2);
-                allowed = std::min(allowed, list_own(look.lists, a, i, thinnest));
-                continue;
-            }
-            const PairRoom room = list_pair(look.lists, kernels_, a, i, b, j);
-            if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length)
-                return Finding::alarm(Guard::overlap, room.depth);
-            allowed = std::min(allowed, room.allowed);
+    for (const DropletPair& pair : pairs_) {
+        const int i = pair.first, j = pair.second;
+        const Ring &a = droplets_[i].ring, &b = droplets_[j].ring;
+        if (i == j && pair.image.x == 0.0 && pair.image.y == 0.0) {
+            allowed = std::min(allowed, list_own(look.lists, a, i, look.droplets[i].thinnest));
+            continue;
         }
+        const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
+                                        look.droplets[j].survey.box, pair.image);
+        if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
+            found.guard == Guard::none)
+            found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
+        allowed = std::min(allowed, room.allowed);
     }
     return found;
 }
 
-/// Lists of the present positions, whatever happens there; a guard may stop the run.
+/// Contact lists of the present positions, whatever happens there; a guard may stop the run.
 inline void Island::list_contacts() {
     for (const auto look : {&Island::look_at_obstacles, &Island::look_at_touches}) {
         const Finding found = (this->*look)(look_);
-        if (found.guard != Guard::none) stop(found.guard, found.value);
+        if (found.guard != Guard::none && !world_->retires) stop(found.guard, found.value);
     }
     mark_pushed();
 }
@@ -191,17 +260,60 @@ inline void Island::record_contacts(const Finding&) {
     const std::vector<std::vector<Vec2>> velocities = synchronized_velocities();
     for (const Nearby& pair : look_.nearby) {
         Droplet& d = droplets_[pair.droplet];
-        const Obstacle& o = obstacles_[pair.obstacle];
         const std::vector<Vec2> r = d.positions(), &v = velocities[pair.droplet];
-        const Vec2 velocity = mean(v), centre{o.x, o.y};
+        const Vec2 velocity = mean(v), centre{pair.seen.x, pair.seen.y};
         contacts_.push_back({time(), d.id, pair.obstacle, symmetry(r, centre, velocity),
                              impact_parameter(r, centre, velocity),
                              std::sqrt(dot(velocity, velocity)), signed_area(r), shape_parameter(r),
                              centroid(r), velocity, centroid_velocity(r, v)});
         d.meet(pair.obstacle);
-        if (kernels_.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+        if (!world_->retires && world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
             stop(Guard::self_intersection, d.id);
     }
+}
+
+/// Takes a droplet out; it is kept where the clock may be set back.
+inline void Island::remove(int index) {
+    if (droplets_[index].remembered()) gone_.push_back(std::move(droplets_[index]));
+    droplets_.erase(droplets_.begin() + index);
+    look_.droplets.erase(look_.droplets.begin() + index);
+    boxes_.clear();
+}
+
+/// A droplet that a guard refuses is re-spaced at its proper area, or, where that does not serve or
+/// has just been tried, taken out.
+inline void Island::mend(const Finding& found) {
+    Droplet& d = droplets_[found.droplet];
+    const std::vector<Vec2> r = d.positions();
+    const bool respaceable = found.guard == Guard::area || found.guard == Guard::self_intersection;
+    const bool retired = !respaceable || !(time() - d.mended > kMendingInterval) ||
+                         !(signed_area(r) > 0.5 * d.ring.rest_area);
+    refusals_.push_back(
+        {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
+    if (retired) return remove(found.droplet);
+    Shape even = respace({r, d.velocities()}, d.ring.count);
+    const double scale = std::sqrt(d.ring.rest_area / signed_area(even.r));
+    const Vec2 middle = centroid(even.r);
+    for (Vec2& p : even.r) p = middle + scale * (p - middle);
+    Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
+    mended.id = d.id;
+    mended.generation = d.generation;
+    mended.mended = time();
+    remove(found.droplet);
+    add(std::move(mended));
+    renew_steps();
+}
+
+/// A droplet that takes the place of another, or of a part of it.
+inline Droplet Island::heir(const Droplet& parent, Droplet droplet) {
+    droplet.id = kNoNumber;
+    droplet.generation = parent.generation + 1;
+    droplet.contacted = parent.contacted;
+    droplet.lag = parent.lag;
+    droplet.place = parent.place;
+    droplet.travel = parent.travel;
+    droplet.travelled = parent.travelled;
+    return droplet;
 }
 
 /// Cut one droplet along its neck. The daughters share its rest area and its mass in proportion to
@@ -209,14 +321,26 @@ inline void Island::record_contacts(const Finding&) {
 inline void Island::break_up(const Finding& found) {
     list_contacts();
     if (stopped()) return;
-    synchronize_velocities();
+    set_lags(0.0);
     const Droplet& parent = droplets_[found.droplet];
     const Shape whole{parent.positions(), parent.velocities()};
-    const Neck neck = find_neck(
-        whole.r, slackened({separation_.fraction, separation_.length * parent.ring.diameter}));
+    const Separation& limit = world_->separation;
+    const Neck neck =
+        find_neck(whole.r, slackened({limit.fraction, limit.length * parent.ring.diameter}));
     const Cut line = place_cut(whole.r, neck);
     const auto [one, two] = cut(whole, line);
     const double areas[2] = {signed_area(one.r), signed_area(two.r)};
+    const double smallest =
+        parent.ring.diameter * std::sqrt(std::min(areas[0], areas[1]) / (areas[0] + areas[1]));
+    Guard guard = Guard::none;
+    if (!(smallest >= limit_of(Guard::daughter_size))) guard = Guard::daughter_size;
+    else if (parent.generation + 1 > limit_of(Guard::generations)) guard = Guard::generations;
+    if (guard != Guard::none) {
+        const double value = guard == Guard::generations ? parent.generation + 1 : smallest;
+        if (!world_->retires) return stop(guard, value);
+        set_lags(0.5 * time_step_);
+        return mend(Finding::alarm(guard, value, found.droplet));
+    }
 
     Shape daughters[2] = {one, two};
     double rest[2];
@@ -224,9 +348,7 @@ inline void Island::break_up(const Finding& found) {
     for (int k = 0; k < 2; ++k) {
         rest[k] = parent.ring.rest_area * areas[k] / (areas[0] + areas[1]);
         const double diameter = std::sqrt(rest[k] / kReferenceArea);
-        if (!(diameter >= limit_of(Guard::daughter_size)))
-            return stop(Guard::daughter_size, diameter);
-        daughters[k] = respace(daughters[k], vertex_count(model_, diameter));
+        daughters[k] = respace(daughters[k], vertex_count(world_->model, diameter));
         momentum = momentum + rest[k] / parent.ring.rest_area * mean(daughters[k].v);
     }
     const Vec2 correction = mean(whole.v) - momentum;
@@ -238,25 +360,24 @@ inline void Island::break_up(const Finding& found) {
                        neck.thickness,
                        {point_on(whole.r, line.first), point_on(whole.r, line.second)},
                        look_.droplets[found.droplet]};
-    const int generation = parent.generation + 1;
-    const std::vector<int> contacted = parent.contacted;
-    droplets_.erase(droplets_.begin() + found.droplet);
-    look_.droplets.erase(look_.droplets.begin() + found.droplet);
+    std::vector<Droplet> heirs;
     for (int k = 0; k < 2; ++k) {
         for (Vec2& v : daughters[k].v) v = v + correction;
-        event.daughters[k] =
-            add(Droplet(model_, rest[k], daughters[k].r, daughters[k].v), generation, contacted);
+        heirs.push_back(
+            heir(parent, Droplet(world_->model, rest[k], daughters[k].r, daughters[k].v)));
     }
+    remove(found.droplet);
+    for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(heirs[k]));
     breakups_.push_back(event);
-    if (generation > limit_of(Guard::generations)) return stop(Guard::generations, generation);
     renew_steps();
     if (stopped()) return;
     look_.lists.clear();
-    if (model_.stop_at_breakup == 0.0) list_contacts();
-    else if (front_tracking()) look_at_obstacles(look_);
+    survey();
+    if (world_->model.stop_at_breakup == 0.0) list_contacts();
+    else if (world_->fronts()) look_at_obstacles(look_);
     mark_pushed();
-    if (front_tracking()) kernels_.settle_fronts(scene());
-    retard_velocities();
+    if (world_->fronts()) world_->kernels.settle_fronts(scene());
+    set_lags(0.5 * time_step_);
 }
 
 }  // namespace pinchoff

@@ -28,11 +28,7 @@ namespace pinchoff::inline PINCHOFF_ARCH {
 inline bool tracks_front(const Ring& ring) { return ring.constants.front_tracking != 0.0; }
 
 /// Whether a ring has walls near.
-inline bool meets_walls(const Scene& scene, int index) {
-    for (int c = 0; c < scene.wall_count; ++c)
-        if (scene.walls[c].ring == index) return true;
-    return false;
-}
+inline bool meets_walls(const Ring& ring) { return ring.first_wall < ring.last_wall; }
 
 /// Half of the difference between the neighbours, turned outwards: the gradient of the area.
 PINCHOFF_HD inline Vec2 area_gradient(Vec2 before, Vec2 after) {
@@ -124,15 +120,14 @@ inline Approach approach_of(const Ring& ring) {
 }
 
 /// Measures that; returns whether there are walls to meet.
-inline bool approach_walls(const Ring& ring, int index, const Scene& scene, const double* x,
-                           const double* y, double time_step) {
+inline bool approach_walls(const Ring& ring, const Scene& scene, const double* x, const double* y,
+                           double time_step) {
     const Approach a = approach_of(ring);
     const double* wx = ring.push_x;
     const double* wy = ring.push_y;
     bool any = false;
-    for (int c = 0; c < scene.wall_count; ++c) {
+    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
         const WallContact& contact = scene.walls[c];
-        if (contact.ring != index) continue;
         if (!any) {
             for (double* values : {a.normal_x, a.normal_y, a.along})
                 std::fill_n(values, ring.padded, 0.0);
@@ -283,12 +278,12 @@ void finish_velocity(const Ring& ring, Slope line) {
 
 /// Velocity of one ring with its vertices at x, y, for a step that begins at its own positions.
 template <bool Track, class FlowAt>
-void front_velocity(const Ring& ring, int index, const Scene& scene, const FlowAt& flow,
-                    const double* x, const double* y, double time_step) {
+void front_velocity(const Ring& ring, const Scene& scene, const FlowAt& flow, const double* x,
+                    const double* y, double time_step) {
     const double perimeter = measure_edges(ring, x, y);
     const AreaSums sums = carry_and_tighten(ring, flow, x, y);
     double q = -sums.rate / sums.slope;
-    if (approach_walls(ring, index, scene, x, y, time_step)) {
+    if (approach_walls(ring, scene, x, y, time_step)) {
         q = held_multiplier(ring, sums);
         hold_at_walls(ring, q);
     }
@@ -301,10 +296,9 @@ void front_velocity(const Ring& ring, int index, const Scene& scene, const FlowA
 inline constexpr double kWallRoundOff = 4e-16;
 
 /// Put every listed vertex that is inside an obstacle back on its surface.
-inline void keep_out(const Ring& ring, int index, const Scene& scene, double* x, double* y) {
-    for (int c = 0; c < scene.wall_count; ++c) {
+inline void keep_out(const Ring& ring, const Scene& scene, double* x, double* y) {
+    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
         const WallContact& contact = scene.walls[c];
-        if (contact.ring != index) continue;
         const Obstacle o = contact.obstacle;
         PINCHOFF_INDEPENDENT
         for (int i = contact.first; i < contact.last; ++i) {
@@ -331,13 +325,13 @@ inline constexpr double kEdgeDepth = 0.1;
 inline double edge_scale(const Ring& ring) { return larger(ring.length[0], ring.rest_length); }
 
 /// Push both ends of every listed edge that is too deep in an obstacle, which may lie between them.
-inline void keep_edges_out(const Ring& ring, int index, const Scene& scene) {
+inline void keep_edges_out(const Ring& ring, const Scene& scene) {
     double* x = ring.x;
     double* y = ring.y;
-    for (int c = 0; c < scene.wall_count; ++c) {
+    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
         const WallContact& contact = scene.walls[c];
         const Obstacle o = contact.obstacle;
-        if (contact.ring != index || edge_scale(ring) < kLongEdge * o.radius) continue;
+        if (edge_scale(ring) < kLongEdge * o.radius) continue;
         const double least = (1.0 - kEdgeDepth) * o.radius;
         for (int k = contact.first - 1; k < std::min(contact.last, ring.count); ++k) {
             const int i = k < 0 ? ring.count - 1 : k, next = i + 1 == ring.count ? 0 : i + 1;
@@ -363,7 +357,7 @@ inline void keep_edges_out(const Ring& ring, int index, const Scene& scene) {
 /// Take back what a step of finite length has changed of the area, by a shift along its gradient of
 /// the vertices that are clear of walls. Returns the relative error that it found; what is left is
 /// of the order of the square of that.
-inline double shift_to_area(const Ring& ring, int index, const Scene& scene) {
+inline double shift_to_area(const Ring& ring, const Scene& scene) {
     constexpr double kRoundOff = 1e-12;
     double* x = ring.x;
     double* y = ring.y;
@@ -374,9 +368,8 @@ inline double shift_to_area(const Ring& ring, int index, const Scene& scene) {
     std::fill_n(share, ring.count, 1.0);
     std::fill_n(share + ring.count, ring.padded - ring.count, 0.0);
     const double clear = 0.02 * ring.rest_length;  // far more than a shift
-    for (int c = 0; c < scene.wall_count; ++c) {
+    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
         const WallContact& contact = scene.walls[c];
-        if (contact.ring != index) continue;
         const Obstacle o = contact.obstacle;
         const double clear2 = (o.radius + clear) * (o.radius + clear);
         for (int i = contact.first; i < contact.last; ++i) {
@@ -407,21 +400,20 @@ inline double shift_to_area(const Ring& ring, int index, const Scene& scene) {
 }
 
 /// Put a ring out of its walls and give it its area.
-inline void restore(const Ring& ring, int index, const Scene& scene) {
+inline void restore(const Ring& ring, const Scene& scene) {
     constexpr int kMostRounds = 6;
     constexpr double kNoNeedOfAnother = 1e-7;  // its square is round-off
-    const bool walled = meets_walls(scene, index);
-    if (walled) keep_edges_out(ring, index, scene);
-    keep_out(ring, index, scene, ring.x, ring.y);
+    const bool walled = meets_walls(ring);
+    if (walled) keep_edges_out(ring, scene);
+    keep_out(ring, scene, ring.x, ring.y);
     for (int round = 0; round < kMostRounds; ++round)
-        if (shift_to_area(ring, index, scene) < kNoNeedOfAnother) break;
-    if (walled) keep_out(ring, index, scene, ring.x, ring.y);
+        if (shift_to_area(ring, scene) < kNoNeedOfAnother) break;
+    if (walled) keep_out(ring, scene, ring.x, ring.y);
 }
 
 /// One step of one ring among walls.
 template <class FlowAt>
-void advance_front(const Ring& ring, int index, const Scene& scene, const FlowAt& flow,
-                   double time_step) {
+void advance_front(const Ring& ring, const Scene& scene, const FlowAt& flow, double time_step) {
     double* x = ring.x;
     double* y = ring.y;
     double* mx = ring.mid_x;
@@ -433,14 +425,14 @@ void advance_front(const Ring& ring, int index, const Scene& scene, const FlowAt
         mx[i] = x[i] + 0.5 * time_step * vx[i];
         my[i] = y[i] + 0.5 * time_step * vy[i];
     }
-    keep_out(ring, index, scene, mx, my);
-    front_velocity<true>(ring, index, scene, flow, mx, my, time_step);
+    keep_out(ring, scene, mx, my);
+    front_velocity<true>(ring, scene, flow, mx, my, time_step);
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
         x[i] += time_step * vx[i];
         y[i] += time_step * vy[i];
     }
-    restore(ring, index, scene);
+    restore(ring, scene);
 }
 
 /// Front tracking: how near the two sides of one droplet may come, in vertex spacings.
@@ -478,14 +470,14 @@ inline void part_fronts(const Scene& scene) {
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
         if (!ring.pushed) continue;
-        restore(ring, r, scene);
+        restore(ring, scene);
     }
 }
 
 /// Outlines that a cut has just made: out of walls and each other, with their areas.
 inline void settle_fronts(const Scene& scene) {
     part_fronts(scene);
-    for (int r = 0; r < scene.ring_count; ++r) restore(scene.rings[r], r, scene);
+    for (int r = 0; r < scene.ring_count; ++r) restore(scene.rings[r], scene);
 }
 
 /// `steps` steps of every ring, each in as many parts as it needs.
@@ -495,7 +487,7 @@ inline void advance_fronts(const Scene& scene, double time_step, int steps) {
             for (int r = 0; r < scene.ring_count; ++r) {
                 const Ring& ring = scene.rings[r];
                 for (int part = 0; part < ring.parts; ++part)
-                    advance_front(ring, r, scene, flow, time_step / ring.parts);
+                    advance_front(ring, scene, flow, time_step / ring.parts);
             }
             part_fronts(scene);
         }
@@ -507,7 +499,7 @@ inline void front_velocities(const Scene& scene, double time_step) {
     with_flow(scene.flow, [&](const auto& flow) {
         for (int r = 0; r < scene.ring_count; ++r) {
             const Ring& ring = scene.rings[r];
-            front_velocity<false>(ring, r, scene, flow, ring.x, ring.y, time_step);
+            front_velocity<false>(ring, scene, flow, ring.x, ring.y, time_step);
         }
     });
 }

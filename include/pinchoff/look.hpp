@@ -21,7 +21,7 @@ struct Budget {
     }
 };
 
-/// What a detector says of an instant: a guard that must stop the run, or that its event has
+/// What a detector says of an instant: a guard that refuses what it sees, or that its event has
 /// happened, or the budget below which it cannot.
 struct Finding {
     Budget budget;
@@ -31,20 +31,22 @@ struct Finding {
     double value = 0;  // what the guard saw
 
     static Finding event(int droplet = -1) { return {{}, true, droplet, Guard::none, 0}; }
-    static Finding alarm(Guard guard, double value) { return {{}, false, -1, guard, value}; }
-};
+    static Finding alarm(Guard guard, double value, int droplet) {
+        return {{}, false, droplet, guard, value};
+    }
 
-/// What was measured on one droplet.
-struct DropletLook {
-    Survey survey{};
-    NeckScan neck{std::numeric_limits<double>::infinity(), 0,
-                  std::numeric_limits<double>::infinity()};
-    bool scanned = false;  // whether `neck` is of this instant
+    /// Adds an alarm to a look that goes on, so that its lists are complete all the same.
+    void refuse(Guard by, double measured, int which) {
+        guard = by;
+        value = measured;
+        droplet = which;
+    }
 };
 
 /// Distances between one droplet and one obstacle.
 struct Nearby {
     int droplet, obstacle;
+    Obstacle seen;        // the obstacle, or its image
     double vertex, edge;  // from the obstacle's centre to the nearest vertex, the nearest edge
     bool through;         // whether that centre is inside the droplet
     std::size_t chunks;   // where Look::distance2 begins for this pair
@@ -53,6 +55,7 @@ struct Nearby {
 /// Everything measured at one instant.
 struct Look {
     std::vector<DropletLook> droplets;
+    double neighbour_room = 0;  // how far vertices may move while the neighbours are known
     std::vector<Nearby> nearby;
     std::vector<double> distance2;  // squared distance of every chunk of vertices, by pairs
     ContactLists lists;             // complete up to the end of the coming block
@@ -68,25 +71,26 @@ inline Nearby look_nearby(Look& look, const Kernels& kernels, const Ring& ring, 
     kernels.chunk_distance2(ring, o.x, o.y, chunks);
     const double vertex = std::sqrt(*std::min_element(chunks, chunks + ring.padded / kLanes));
     const double edge = std::sqrt(kernels.edge_distance2(ring, o.x, o.y));
-    return {droplet, obstacle, vertex, edge, kernels.contains(ring, o.x, o.y), first};
+    return {droplet, obstacle, o, vertex, edge, kernels.contains(ring, o.x, o.y), first};
 }
 
 /// How far an obstacle is in the droplet, in its radii: from its surface inwards, and on past the
 /// centre once that is in the droplet.
-inline double depth_of(const Nearby& pair, const Obstacle& o) {
-    return 1.0 - (pair.through ? -pair.edge : std::min(pair.vertex, pair.edge)) / o.radius;
+inline double depth_of(const Nearby& pair) {
+    return 1.0 - (pair.through ? -pair.edge : std::min(pair.vertex, pair.edge)) / pair.seen.radius;
 }
 
 /// How far a droplet is from first contact with an obstacle: from a vertex in the wall's range, or,
 /// with front tracking, from an outline that touches.
-inline double first_gap(const Nearby& pair, const Droplet& d, const Obstacle& o) {
-    if (tracks_front(d.ring)) return std::min(pair.vertex, pair.edge) - o.radius - kFrontTouch;
-    return pair.vertex - o.radius - 0.5 * d.ring.rest_length;
+inline double first_gap(const Nearby& pair, const Droplet& d) {
+    if (tracks_front(d.ring))
+        return std::min(pair.vertex, pair.edge) - pair.seen.radius - kFrontTouch;
+    return pair.vertex - pair.seen.radius - 0.5 * d.ring.rest_length;
 }
 
 /// Whether a first contact begins.
-inline bool begins(const Nearby& pair, const Droplet& d, const Obstacle& o) {
-    return !d.has_met(pair.obstacle) && first_gap(pair, d, o) < 0.0;
+inline bool begins(const Nearby& pair, const Droplet& d) {
+    return !d.has_met(pair.obstacle) && first_gap(pair, d) < 0.0;
 }
 
 }  // namespace pinchoff

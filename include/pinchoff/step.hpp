@@ -134,19 +134,35 @@ inline Vec2 edge_normal(const Ring& ring, int edge) {
     return (1.0 / std::sqrt(dot(e, e))) * Vec2{e.y, -e.x};
 }
 
+/// The nearest point of one edge to a point: how far along the edge, and the way from it.
+struct Foot {
+    double fraction;
+    Vec2 apart;
+};
+
+inline Foot foot_on(const Ring& ring, Vec2 r, int edge) {
+    const Vec2 a{ring.x[edge], ring.y[edge]}, e = Vec2{ring.x[edge + 1], ring.y[edge + 1]} - a;
+    const double t = smaller(larger(dot(r - a, e) / dot(e, e), 0.0), 1.0);
+    return {t, r - (a + t * e)};
+}
+
+/// Square of the distance from a point to one edge.
+inline double edge_distance2(const Ring& ring, Vec2 r, int edge) {
+    const Vec2 apart = foot_on(ring, r, edge).apart;
+    return dot(apart, apart);
+}
+
 inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     int edge = first;
     double fraction = 0.0, least2 = 1e300;
     Vec2 off{0.0, 0.0};
     for (int n = 0, k = first; n < count; ++n, k = k + 1 == ring.count ? 0 : k + 1) {
-        const Vec2 a{ring.x[k], ring.y[k]}, e = Vec2{ring.x[k + 1], ring.y[k + 1]} - a;
-        const double t = smaller(larger(dot(r - a, e) / dot(e, e), 0.0), 1.0);
-        const Vec2 apart = r - (a + t * e);
-        if (dot(apart, apart) < least2) {
-            least2 = dot(apart, apart);
+        const Foot foot = foot_on(ring, r, k);
+        if (dot(foot.apart, foot.apart) < least2) {
+            least2 = dot(foot.apart, foot.apart);
             edge = k;
-            fraction = t;
-            off = apart;
+            fraction = foot.fraction;
+            off = foot.apart;
         }
     }
     // At a corner the side is told by both edges: past a sharp one, either alone may be wrong.
@@ -243,14 +259,15 @@ inline void advance(const Scene& scene, double time_step, int steps) {
     });
 }
 
-/// Carry the velocities over `time` with the forces of the present positions, which stay: half a
-/// step forward gives them at the time of the positions, half a step back prepares the next step.
-inline void shift_velocities(const Scene& scene, double time) {
+/// Carry the velocities of each ring over its `shift` with the forces of the present positions,
+/// which stay: half a step forward gives them at the time of the positions, half a step back
+/// prepares the next step.
+inline void shift_velocities(const Scene& scene) {
     with_flow(scene.flow, [&](const auto& flow) {
         push_contacts(scene);
         for (int r = 0; r < scene.ring_count; ++r) {
             const Ring& ring = scene.rings[r];
-            const Relaxation relax = relaxation(ring.drag_rate, time);
+            const Relaxation relax = relaxation(ring.drag_rate, ring.shift);
             if (ring.pushed) kick<true, false>(ring, flow, relax);
             else kick<false, false>(ring, flow, relax);
         }

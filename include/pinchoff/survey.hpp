@@ -12,6 +12,7 @@ namespace pinchoff::inline PINCHOFF_ARCH {
 inline void survey(const Ring& ring, Survey& out) {
     const double *x = ring.x, *y = ring.y, *vx = ring.vx, *vy = ring.vy;
     Lanes speed2{}, relative2{}, reach{};
+    Lanes left = load(x), right = left, bottom = load(y), top = bottom;
     double perimeter = 0;
     for (int i = 0; i < ring.padded; i += kWidth) {
         const Lanes u = load(vx + i), v = load(vy + i), du = u - ring.drift_x,
@@ -19,13 +20,18 @@ inline void survey(const Ring& ring, Survey& out) {
         speed2 = larger(u * u + v * v, speed2);
         relative2 = larger(du * du + dv * dv, relative2);
         reach += load(x + i) * load(x + i) + load(y + i) * load(y + i);
+        left = smaller(load(x + i), left);
+        right = larger(load(x + i), right);
+        bottom = smaller(load(y + i), bottom);
+        top = larger(load(y + i), top);
     }
     for (int i = 0; i < ring.count; ++i) {
         const double ex = x[i + 1] - x[i], ey = y[i + 1] - y[i];
         perimeter += std::sqrt(ex * ex + ey * ey);
     }
-    out = {signed_area(ring), perimeter, std::sqrt(most(speed2)), std::sqrt(most(relative2)),
-           std::sqrt(sum(reach))};
+    out = {signed_area(ring),       perimeter,
+           std::sqrt(most(speed2)), std::sqrt(most(relative2)),
+           std::sqrt(sum(reach)),   {least(left), most(right), least(bottom), most(top)}};
 }
 
 /// Square of the distance from a point to the nearest vertex of every chunk: out (padded/kLanes).

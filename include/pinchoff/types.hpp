@@ -70,12 +70,15 @@ struct Ring {
     double mobility = 0;              // N_v / (μ D0), drift speed of a vertex per unit force
     double kept = 0, replaced = 1;    // of a velocity by drag in one step, see Relaxation
     double drift_x = 0, drift_y = 0;  // reference velocity of `path`
+    double shift = 0;                 // time for shift_velocities, which may be negative
     int parts = 1;                    // front tracking: steps of this ring in a step of the scene
 
-    bool pushed = false;  // whether push_x, push_y take part in this block
+    int first_wall = 0, last_wall = 0;  // which of the scene's walls are near it
+    bool pushed = false;                // whether push_x, push_y take part in this block
 };
 
-/// Vertices [first, last) of one droplet that may feel one obstacle; both are multiples of kLanes.
+/// Vertices [first, last) of one droplet that may feel one obstacle, or an image of it that is
+/// periods away; both are multiples of kLanes.
 struct WallContact {
     int ring, first, last;
     Obstacle obstacle;
@@ -107,6 +110,11 @@ struct NeckScan {
     double nearest2;  // square of the shortest chord between vertices kApart or more edges apart
 };
 
+/// A rectangle along the axes.
+struct Box {
+    double left, right, bottom, top;
+};
+
 /// What one look over the vertices of a droplet gives.
 struct Survey {
     double area;  // signed
@@ -114,6 +122,7 @@ struct Survey {
     double speed;           // largest |v_i|
     double relative_speed;  // largest |v_i - v_drift|
     double reach;  // root of the sum of squared coordinates; not finite when one of them is not
+    Box box;
 };
 
 /// Room that a look at the neck needs.
@@ -130,8 +139,8 @@ struct Kernels {
     const char* name;
     /// Advance every ring by `steps` leapfrog steps of `time_step`, adding to `path`.
     void (*advance)(const Scene&, double time_step, int steps);
-    /// Carry the velocities alone over `time`, which may be negative.
-    void (*shift_velocities)(const Scene&, double time);
+    /// Carry the velocities alone, of each ring over its `shift`.
+    void (*shift_velocities)(const Scene&);
     /// Front tracking: outlines put out of walls and each other, with their areas.
     void (*settle_fronts)(const Scene&);
     /// Front tracking: steps, and the velocities of the present positions.

@@ -1,52 +1,13 @@
 // Bindings of the collision: rows of numbers in, rows of numbers and outlines out.
-#include "bindings.hpp"
-
-#include <chrono>
-#include <cstring>
 #include <limits>
 #include <memory>
 #include <string>
 
 #include "pinchoff/collision.hpp"
 #include "pool.hpp"
+#include "runs.hpp"
 
 namespace pinchoff {
-
-using Row = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using Triples = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Grid = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-
-/// A flow as Python holds it: the plain description and, for a sampled one, its node values.
-struct FlowObject {
-    Flow flow;
-    std::vector<double> nodes;
-};
-
-static Model model_of(const double* row) {
-    Model model;
-    std::memcpy(&model, row, sizeof model);
-    return model;
-}
-
-/// Refuses a model whose run could not be counted.
-static Model clocked(const Model& model) {
-    if (const char* rule = wrong_clock(model))
-        throw nb::value_error(
-            (std::string("model: ") + rule + "; got another number; use Parameters.model_row()")
-                .c_str());
-    return model;
-}
-
-static Model row_model(Row row) {
-    if (row.shape(0) != static_cast<std::size_t>(kModelFields))
-        throw nb::value_error(
-            "model must have one number for each of MODEL_FIELDS; got another length; "
-            "use Parameters.model_row()");
-    return model_of(row.data());
-}
-
-static Model checked_model(Row row) { return clocked(row_model(row)); }
 
 static Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;
@@ -102,15 +63,6 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
     return array_of(out);
 }
 
-static std::vector<Obstacle> obstacles_of(Triples rows) {
-    std::vector<Obstacle> list;
-    for (std::size_t i = 0; i < rows.shape(0); ++i) {
-        const double* o = rows.data() + 3 * i;
-        list.push_back({o[0], o[1], o[2]});
-    }
-    return list;
-}
-
 /// A collision together with the flow that it refers to.
 struct System {
     nb::object flow;  // keeps the node values alive
@@ -119,34 +71,10 @@ struct System {
 
 static void make_system(System* self, Row model, nb::object flow, Triples obstacles,
                         Triples droplets) {
-    std::vector<Start> starts;
-    for (std::size_t i = 0; i < droplets.shape(0); ++i) {
-        const double* d = droplets.data() + 3 * i;
-        starts.push_back({d[0], d[1], d[2]});
-    }
     const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles), starts,
-                                      best_kernels())};
+    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles),
+                                      starts_of(droplets), best_kernels())};
 }
-
-/// Says, ten times a second at most, whether Python has a signal for this thread.
-class SignalWatch {
-public:
-    bool operator()() {
-        const auto now = std::chrono::steady_clock::now();
-        if (!pending_ && now - last_ > std::chrono::milliseconds(100)) {
-            last_ = now;
-            const nb::gil_scoped_acquire gil;
-            pending_ = PyErr_CheckSignals() != 0;
-        }
-        return pending_;
-    }
-    bool pending() const { return pending_; }
-
-private:
-    std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-    bool pending_ = false;
-};
 
 static void advance_system(System& self, double time) {
     SignalWatch watch;
@@ -268,7 +196,8 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
                       nullptr, 0};
     const std::vector<Vec2> before = one[0].velocities();
     const double time = 1.0 / ring.drag_rate;
-    best_kernels().shift_velocities(scene, time);
+    ring.shift = time;
+    best_kernels().shift_velocities(scene);
     std::vector<Vec2> a = one[0].velocities();
     for (std::size_t i = 0; i < a.size(); ++i)
         a[i] = ring.drag_rate / relaxation(ring.drag_rate, time).replaced * (a[i] - before[i]);
@@ -289,6 +218,7 @@ static nb::tuple advance_outline(Row row, const FlowObject& flow, Points positio
     Ring& ring = one[0].ring;
     std::vector<WallContact> walls;
     for (const Obstacle& o : obstacles_of(obstacles)) walls.push_back({0, 0, ring.padded, o});
+    ring.last_wall = static_cast<int>(walls.size());
     const Scene scene{&ring,   1, flow.flow, walls.data(), static_cast<int>(walls.size()),
                       nullptr, 0};
     best_kernels().front_velocities(scene, time_step);
@@ -305,11 +235,40 @@ static nb::tuple touches_of(Row row, Points one, Points other, double diameter_o
     const Droplet a = droplet_of(model, one, one, diameter_one),
                   b = droplet_of(model, other, other, diameter_other);
     ContactLists lists;
-    const PairRoom room = list_pair(lists, best_kernels(), a.ring, 0, b.ring, 1);
+    Survey box_a, box_b;
+    best_kernels().survey(a.ring, box_a);
+    best_kernels().survey(b.ring, box_b);
+    const PairRoom room = list_pair(lists, a.ring, 0, box_a.box, b.ring, 1, box_b.box, Vec2{0, 0});
     nb::list list;
     for (const DropletContact& c : lists.touches)
         list.append(nb::make_tuple(c.vertex, c.first_edge, c.edge_count));
     return nb::make_tuple(room.allowed, room.depth, list);
+}
+
+/// For tests: all contacts that an island lists, and how far its vertices may then move.
+static nb::tuple contact_lists(Row row, const std::vector<Points>& outlines, Triples obstacles,
+                               double period_x, double period_y, bool exhaustive) {
+    const Model model = checked_model(row);
+    World world{model, uniform_flow(0.0, 0.0).flow,
+                ObstacleGrid(obstacles_of(obstacles), {period_x, period_y}), best_kernels(),
+                Period{period_x, period_y}};
+    world.retires = true;  // no guard ends it
+    world.exhaustive = exhaustive;
+    Island island(world);
+    for (const Points& outline : outlines) {
+        const std::vector<Vec2> r = points_of(outline);
+        Droplet d(model, signed_area(r), r, std::vector<Vec2>(r.size(), Vec2{0, 0}));
+        for (int o = 0; o < static_cast<int>(world.obstacles.obstacles().size()); ++o) d.meet(o);
+        island.add(std::move(d));
+    }
+    island.begin(0.0);
+    nb::list walls, touches;
+    for (const WallContact& c : island.seen().lists.walls)
+        walls.append(nb::make_tuple(c.ring, c.first, c.last, c.obstacle.x, c.obstacle.y));
+    for (const DropletContact& c : island.seen().lists.touches)
+        touches.append(nb::make_tuple(c.ring, c.vertex, c.other, c.first_edge, c.edge_count,
+                                      c.image_x, c.image_y));
+    return nb::make_tuple(walls, touches);
 }
 
 /// For tests: the list of one droplet's vertices that may feel an obstacle which it has met.
@@ -371,12 +330,6 @@ static Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::obj
     if (interrupted) throw nb::python_error();
     return matrix_of(count ? reinterpret_cast<const double*>(results.data()) : nullptr, count,
                      kResultFields);
-}
-
-static nb::tuple tuple_of(const std::vector<const char*>& names) {
-    nb::list list;
-    for (const char* n : names) list.append(nb::str(n));
-    return nb::tuple(list);
 }
 
 void bind_collision(nb::module_& m) {
@@ -461,6 +414,13 @@ void bind_collision(nb::module_& m) {
           "of another (m, 2):\n"
           "(displacement of all vertices below which the list stays complete, depth, list of "
           "(vertex, first edge, edges)).\nFor tests.");
+    m.def("contact_lists", &contact_lists, "model"_a, "outlines"_a, "obstacles"_a,
+          "period_x"_a = 0.0, "period_y"_a = 0.0, "exhaustive"_a = false,
+          "All contacts that the engine lists among droplets (n, 2) that have met the obstacles "
+          "(M, 3):\n"
+          "(walls (droplet, first, last + 1, x, y), touches (droplet, vertex, other, first edge, "
+          "edges, image x, image y)).\n"
+          "exhaustive: everybody is compared with everybody. For tests.");
     m.def("wall_vertices", &wall_vertices, "model"_a, "outline"_a, "x"_a, "y"_a, "radius"_a,
           "Vertices of a droplet (n, 2) that the engine lists as near an obstacle: (displacement "
           "below which the list\n"
@@ -495,4 +455,5 @@ NB_MODULE(_core, m) {
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_collision(m);
+    pinchoff::bind_emulsion(m);
 }

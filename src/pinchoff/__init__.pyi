@@ -10,6 +10,9 @@ from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
 from .model import arrays as arrays
 from .model import flow as flow
+from .model.emulsion import Emulsion as Emulsion
+from .model.emulsion import Inlet as Inlet
+from .model.emulsion import simulate_emulsion as simulate_emulsion
 from .model.energy import term_forces as term_forces
 from .model.energy import total_energy as total_energy
 from .model.outlines import Outlines as Outlines
@@ -34,6 +37,7 @@ from .support.errors import PinchoffError as PinchoffError
 from .support.errors import SimulationError as SimulationError
 from .video import microscope as microscope
 from .video.batch import measure_videos as measure_videos
+from .video.export import export_clip as export_clip
 from .video.settings import VideoSettings as VideoSettings
 
 __version__: str
@@ -43,7 +47,9 @@ __all__ = [
     "Calibration",
     "Collision",
     "CollisionsTarget",
+    "Emulsion",
     "ImportedCollisions",
+    "Inlet",
     "InputError",
     "LawFit",
     "Line",
@@ -62,6 +68,7 @@ __all__ = [
     "calibrate",
     "chamber",
     "errors",
+    "export_clip",
     "fit_law",
     "flow",
     "import_collisions",
@@ -70,6 +77,7 @@ __all__ = [
     "read_collisions",
     "reproduce",
     "simulate",
+    "simulate_emulsion",
     "simulate_many",
     "sweep",
     "term_forces",

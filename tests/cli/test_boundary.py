@@ -134,7 +134,7 @@ def test_results_are_kept_unless_overwritten(tmp_path, capsys):
         ("--width", ["--width", "0"]),
         ("--scan", ["--scan", "4.5"]),
         ("--scan", ["--scan", "2"]),
-        ("preset", ["--preset", "defautl"]),
+        ("--preset", ["--preset", "defautl"]),
         ("nowhere.toml", ["nowhere.toml"]),
     ],
 )

@@ -79,7 +79,7 @@ def test_another_calibration_in_its_folder_is_refused(out, capsys):
         ("--points", ["paper-simulation", "--points", 1]),
         ("--width", ["paper-simulation", "--width", 0]),
         ("--evaluations", ["paper-simulation", "--evaluations", 0]),
-        ("preset", ["paper-simulation", "--preset", "defautl"]),
+        ("--preset", ["paper-simulation", "--preset", "defautl"]),
     ],
 )
 def test_wrong_input_is_refused(tmp_path, capsys, argument, options):

@@ -186,7 +186,7 @@ def test_warning_is_one_line(tmp_path, capsys):
         (["--offset", "7"], "--offset"),
         (["--offset", "nan"], "--offset"),
         ([*PHYSICAL, "--offset", "20 ms"], "--offset"),
-        (["--preset", "defualt"], "preset"),
+        (["--preset", "defualt"], "--preset"),
         (["--set", "line_tensoin=60"], "line_tensoin"),
         (["--set", "line_tension=lots"], "line_tension"),
         (["--set", "line_tension=nan"], "line_tension"),

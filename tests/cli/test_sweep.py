@@ -16,12 +16,13 @@ import pytest
 from matplotlib.colors import to_rgb
 
 import pinchoff as po
+import pinchoff.cli
 from pinchoff.cli import main
 from pinchoff.figures.phase_diagram import phase_diagram
 from pinchoff.studies.sweep import summary
 from pinchoff.support import palette
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(pinchoff.cli.__file__).parent / "example_files"
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
 CONFIG = """
 follow_daughters = false

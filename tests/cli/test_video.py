@@ -15,6 +15,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import main
+from pinchoff.explorer.page import is_built
 from pinchoff.video.batch import clip_sources, measure_videos
 
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
@@ -72,6 +73,7 @@ def test_results(done):
     assert names == {
         *("clips", "collisions.parquet", "contact_sheet.png", "events.parquet", "index.html"),
         "tracks.parquet",
+        *(["explore.html"] if is_built() else []),
     }
     assert {path.name for path in folder.iterdir()} >= {
         *("clip.json", "collisions.parquet", "obstacles.toml", "outlines.gsd", "overlay.mp4"),
@@ -97,7 +99,7 @@ def test_annotated_clip_shows_every_frame(done):
     result = json.loads((done / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     found = list(Clip(done / "clips" / "clip" / "overlay.mp4").frames())
     assert len(found) == result["frames"]
-    assert found[0].luma.shape == (720, 960)
+    assert found[0].luma.shape == (720 + 24, 960)  # with the legend below
 
 
 def test_second_run_reuses(filmed, done, capsys):
@@ -139,9 +141,9 @@ def test_bad_files_do_not_stop_the_batch(filmed, tmp_path, capsys):
     files = [str(tmp_path / "text.mp4"), str(filmed)]
     assert main(["video", *files, *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
     said = capsys.readouterr()
-    assert re.search(r"error: .*text.mp4 must be a readable video; got .+; .+\n", said.err)
+    assert re.search(r"error: .*text.mp4 must be a readable film; got .+; .+\n", said.err)
     assert "2 collisions, 2 accepted, in 1 clips" in said.out
-    assert "text.mp4 must be a readable video" in (out / "index.html").read_text(encoding="utf-8")
+    assert "text.mp4 must be a readable film" in (out / "index.html").read_text(encoding="utf-8")
     assert not (out / "clips" / "text").exists()
 
 
@@ -283,3 +285,63 @@ def test_comparison_refuses(done, tmp_path, capsys):
     assert main(["compare", str(done), "--collision", "0", *out]) == 2
     assert "must be the folder of a measured clip" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+def test_comparison_wants_the_same_clip(filmed, tmp_path, capsys):
+    clip = tmp_path / "clip.mp4"
+    clip.write_bytes(filmed.read_bytes())
+    out = tmp_path / "out"
+    assert main(["video", str(clip), *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
+    compare = ["compare", str(out / "clips" / "clip"), "--collision", "0"]
+    assert main([*compare, "--out", str(tmp_path / "one")]) == 0
+    assert main([*compare, "--out", str(tmp_path / "one")]) == 2
+    assert "--out must be a folder without results" in capsys.readouterr().err
+    clip.write_bytes(filmed.read_bytes()[:-1000])
+    assert main([*compare, "--out", str(tmp_path / "two")]) == 2
+    assert "the clip that was measured; got one that has changed" in capsys.readouterr().err
+    clip.unlink()
+    assert main([*compare, "--out", str(tmp_path / "two")]) == 2
+    assert "the clip that was measured; got nothing there" in capsys.readouterr().err
+    assert not (tmp_path / "two").exists()
+
+
+def test_film_overwrites_nothing_unasked(filmed, tmp_path, capsys):
+    sweep, clip = filmed.parent / "sweep", tmp_path / "clip.mp4"
+    clip.write_text("precious")
+    assert main(["film", str(sweep), "--out", str(clip)]) == 2
+    assert f"--out must be the name of a new file; got {clip}" in capsys.readouterr().err
+    assert clip.read_text() == "precious"
+    small = ["--most", "1", "--look", str(filmed.parent / "look.toml")]
+    assert main(["film", str(sweep), "--out", str(clip), *small, "--overwrite"]) == 0
+    assert clip.stat().st_size > 1000
+
+
+def test_film_follows_daughters_of_runs_that_did_not(tmp_path, filmed, capsys):
+    """The truth is that of the whole runs; runs that end too early are left out with a word."""
+    (tmp_path / "design.toml").write_text(f"follow_daughters = false\n{DESIGN}")
+    assert main(["sweep", str(tmp_path / "design.toml"), "--out", str(tmp_path / "sweep")]) == 0
+    look = ["--look", str(filmed.parent / "look.toml")]
+    clip = tmp_path / "clip.mp4"
+    assert main(["film", str(tmp_path / "sweep"), "--out", str(clip), *look]) == 0
+    truth, whole = (
+        po.read_collisions(path.with_suffix(".truth.parquet")) for path in (clip, filmed)
+    )
+    assert truth["daughter_area_ratio"].equals(whole["daughter_area_ratio"])
+    assert truth["end_frame"].equals(whole["end_frame"])
+    (tmp_path / "short.toml").write_text(f"time_limit = 2\n{DESIGN}")
+    assert main(["sweep", str(tmp_path / "short.toml"), "--out", str(tmp_path / "short")]) == 0
+    capsys.readouterr()
+    assert main(["film", str(tmp_path / "short"), "--out", str(tmp_path / "none.mp4")]) == 2
+    said = capsys.readouterr().err
+    assert "2 of 2 runs are left out: time_limit must be long enough" in said
+    assert not (tmp_path / "none.mp4").exists()
+
+
+def test_summary_overwrites_nothing_unasked(filmed, tmp_path, capsys):
+    picture = tmp_path / "mine.png"
+    picture.write_text("precious")
+    summary = ["summary", str(filmed.parent / "sweep"), "--picture", str(picture)]
+    assert main(summary) == 2
+    assert "--picture must be the name of a new file" in capsys.readouterr().err
+    assert picture.read_text() == "precious"
+    assert main([*summary, "--overwrite"]) == 0

@@ -7,6 +7,8 @@ import math
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pinchoff as po
 from pinchoff.collisions.columns import QUANTITIES
@@ -297,3 +299,42 @@ def test_unreadable_files_are_refused(tmp_path, refused, name, content):
 def test_other_things_are_refused(refused):
     refused("table", po.import_collisions, [1, 2])
     refused("table", po.import_collisions, pd.DataFrame())
+
+
+# Any table
+
+
+CELLS = st.one_of(
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.floats(0, 2),
+    st.sampled_from([None, "", "yes", "no", "broke", "0.5", "1", True, False, "x"]),
+)
+NUMBERS = st.one_of(st.floats(1e-3, 2), st.floats(1e-3, 2), st.just(float("nan")))
+
+
+@st.composite
+def tables(draw):
+    """A table with what a fit needs; one column may hold anything."""
+    count = draw(st.integers(1, 12))
+    names = ["symmetry", "capillary_number", "normalized_area", "normalized_thickness"]
+    columns = {name: draw(st.lists(NUMBERS, min_size=count, max_size=count)) for name in names}
+    outcomes = st.sampled_from([True, False])
+    columns["broke"] = draw(st.lists(outcomes, min_size=count, max_size=count))
+    strange = draw(st.sampled_from([*columns, "neck_um", "accepted"]))
+    columns[strange] = draw(st.lists(CELLS, min_size=count, max_size=count))
+    return pd.DataFrame({name: pd.Series(values) for name, values in columns.items()})
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(tables())
+def test_every_row_of_any_table_is_kept_or_set_aside_once(table):
+    """And what is kept is possible, has an outcome and a breakup number."""
+    try:
+        found = po.import_collisions(table)
+    except po.InputError:
+        return
+    rows = [*found.table["collision_id"] + 1, *found.set_aside["row"]]
+    assert sorted(rows) == list(range(1, len(table) + 1))
+    assert found.table["symmetry"].between(0, 1).all()
+    assert found.table["broke"].notna().all()
+    assert found.table["breakup_number"].notna().all()

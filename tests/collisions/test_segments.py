@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from pinchoff import _core
-from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE
-from pinchoff.collisions.segments import (
+from pinchoff.collisions.circle_segments import (
     SMALL_SEGMENT_EXPONENT,
     local_exponent,
     segment_area,
     symmetry_of_height,
     symmetry_of_impact,
 )
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE
 
 
 def test_areas_of_known_segments():

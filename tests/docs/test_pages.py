@@ -1,6 +1,6 @@
 """The examples of the site's tutorials and how-to pages run, one after the other, as they stand.
 
-A page's blocks share a folder with the clone's examples and headers: ``sh`` is run by a shell,
+A page's blocks share a folder with the clone's headers: ``sh`` is run by a shell,
 ``python`` in one session, and a block that begins with the name of a file is written to it.
 ``console`` shows what to type elsewhere and is not run.
 """
@@ -37,8 +37,7 @@ _FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")
 def test_examples_run(page, tmp_path, monkeypatch):
     pytest.importorskip(NEEDS.get(page, "pinchoff"), reason="its extra is not installed")
     monkeypatch.chdir(tmp_path)
-    for folder in ("examples", "include"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
+    (tmp_path / "include").symlink_to(ROOT / "include")
     session: dict[str, object] = {}
     for language, text in _BLOCK.findall((DOCS / page).read_text(encoding="utf-8")):
         if named := _FILE.match(text):

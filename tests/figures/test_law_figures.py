@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions.segments import area_ratio_bound, height_of_symmetry, symmetry_of_height
+from pinchoff.collisions.circle_segments import (
+    area_ratio_bound,
+    height_of_symmetry,
+    symmetry_of_height,
+)
 from pinchoff.figures.breakup_probability import breakup_probability
 from pinchoff.figures.constant_height import constant_height
 from pinchoff.figures.daughters import daughter_areas

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chi2
 
 import pinchoff as po
-from pinchoff.fits.comparison import COLUMNS, compare_laws
+from pinchoff.fits.law_comparison import COLUMNS, compare_laws
 
 
 @pytest.fixture(scope="module")

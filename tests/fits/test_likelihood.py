@@ -118,6 +118,20 @@ def test_a_constrained_maximum_is_that_of_fewer_columns(rows):
     assert held.coefficients[:3] == pytest.approx(small.coefficients, rel=1e-6)
 
 
+@pytest.mark.parametrize("name", Form(FREE).names)
+def test_a_constrained_maximum_is_that_of_statsmodels(rows, name):
+    """Its GLM takes a·c = b; the numbers are moved off their best values by a few errors."""
+    form, broke = Form(FREE), rows.broke.astype(float)
+    likelihood = LogisticLikelihood(rows.features, rows.broke)
+    scaled = form.scaled(maximum(likelihood).coefficients)[name]
+    a, b = form.equation(name, scaled + 0.05)
+    ours = maximum(likelihood, Constraint.of([(a, b)]))
+    model = sm.GLM(broke, rows.features, family=sm.families.Binomial())
+    theirs = model.fit_constrained((a[None, :], np.array([b])))
+    assert ours.value == pytest.approx(theirs.llf, rel=1e-10)
+    assert ours.coefficients == pytest.approx(theirs.params, rel=1e-6)
+
+
 def test_a_start_on_the_wrong_side_finds_the_maximum(rows):
     likelihood = LogisticLikelihood(rows.features[:, :3], rows.broke)
     good = maximum(likelihood)

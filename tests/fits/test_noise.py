@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pinchoff as po
-from pinchoff.collisions.segments import symmetry_of_impact
+from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.fits.noise import reflected_normal, true_distribution
 
 NOISE = 0.088

@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pint
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pinchoff as po
 from pinchoff import _core
@@ -547,3 +549,52 @@ def test_columns_of_varied_parameters_are_those_that_a_table_does_not_show_anywa
     assert kinds["follow_daughters"] == "bool"
     assert kinds["neck_separation_unit"] == "str"
     assert kinds["line_tension"] == "float64"
+
+
+# Any values
+
+
+SCHEMA = po.Parameters.model_json_schema()["properties"]
+
+
+def number_of(name):
+    """Numbers within the limits of a parameter, at them, and one beyond."""
+    kinds = SCHEMA[name].get("anyOf", [SCHEMA[name]])  # a number, or null in the other model
+    low, high = kinds[0]["minimum"], kinds[0]["maximum"]
+    inside = st.floats(low, high) if PARAMETERS[name].kind == "float" else st.integers(low, high)
+    return st.one_of(inside, inside, inside, st.just(low), st.just(high), st.just(2 * high + 1))
+
+
+LIMITED = [name for name in NUMBERS if name != "time_step"]
+VALUES = st.fixed_dictionaries(
+    {},
+    optional={
+        **{name: number_of(name) for name in LIMITED},
+        "model": st.sampled_from(["deformable-particle", "front-tracking", "fluid"]),
+        "neck_separation_unit": st.sampled_from(["perimeter", "diameter", "metre"]),
+        "follow_daughters": st.booleans(),
+    },
+)
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(VALUES)
+def test_any_values_are_refused_in_one_form_or_kept_as_they_are(values):
+    """What is accepted comes back equal from a dump, a pickle and a copy, and makes a whole row."""
+    error = None
+    try:
+        p = po.Parameters(**values)
+    except po.InputError as refusal:
+        error = refusal
+    if error:
+        assert error.argument in {*values, "start_distance", "neck_separation", "neck_thickness"}
+        pieces = (error.argument, error.rule, error.got, error.advice)
+        assert str(error) == "{} must be {}; got {}; {}".format(*pieces)
+        return
+    assert {name: getattr(p, name) for name in values} == values
+    dumped = {name: value for name, value in p.model_dump(mode="json").items() if name != "scale"}
+    assert po.Parameters.from_config(dumped) == p
+    assert pickle.loads(pickle.dumps(p)) == p == p.replace()
+    row = p.model_row()
+    assert np.isfinite(row).all()
+    assert row[_core.MODEL_FIELDS.index("obstacle_radius")] == 1 / p.size_ratio

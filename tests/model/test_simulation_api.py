@@ -22,8 +22,8 @@ from pinchoff import _core
 from pinchoff.collisions import law
 from pinchoff.collisions import schema as collisions
 from pinchoff.model import simulation
-from pinchoff.model.outcomes import run_columns
 from pinchoff.model.parameters import SAMPLE_INTERVAL
+from pinchoff.model.results import run_columns
 
 BREAKING = po.Parameters(simulation_capillary_number=30, offset=0.02)
 SLIPPING = po.Parameters(simulation_capillary_number=10, offset=0.15)

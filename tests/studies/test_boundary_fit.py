@@ -12,7 +12,7 @@ from scipy import stats
 
 import pinchoff as po
 from pinchoff.collisions.law import breakup_number
-from pinchoff.studies.boundary.fit import fit_line
+from pinchoff.studies.boundary.line_fit import fit_line
 from pinchoff.studies.boundary.search import Boundary
 
 CA = np.geomspace(0.0015, 0.008, 9)

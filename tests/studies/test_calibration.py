@@ -10,10 +10,10 @@ import pytest
 
 import pinchoff as po
 from pinchoff.collisions.law import Line
-from pinchoff.studies.calibration import fitting, trials
+from pinchoff.studies.calibration import evaluation, fitting
 from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
+from pinchoff.studies.calibration.evaluation import critical_symmetry_of
 from pinchoff.studies.calibration.targets import PRESETS, as_target
-from pinchoff.studies.calibration.trials import effective
 
 CONTROL = np.geomspace(0.04, 0.2, 6)
 QUICK = {"points": 3, "width": 0.02, "scan": 8, "progress": False}
@@ -172,7 +172,7 @@ def test_wrong_targets_are_refused(refused, tmp_path):
     refused("control_range", po.LineTarget, 0.1, -0.7, (0.2, 0.1))
 
 
-# Trials
+# Evaluator
 
 
 def runs(symmetry, broke, necks=0.3):
@@ -195,7 +195,7 @@ def runs(symmetry, broke, necks=0.3):
     ],
 )
 def test_every_outcome_of_a_search_is_a_number(table, critical):
-    assert effective(table, 0.2) == pytest.approx(critical, nan_ok=True)
+    assert critical_symmetry_of(table, 0.2) == pytest.approx(critical, nan_ok=True)
 
 
 # The search
@@ -244,8 +244,8 @@ def test_constants_that_do_not_go_together_are_passed_by(search_only):
     found = po.calibrate(
         "paper-simulation", {"neck_thickness": (0.25, 0.5)}, literal, evaluations=6, **QUICK
     )
-    assert (found.evaluations["objective"] == trials.UNDECIDED).any()
-    assert found.best.objective < trials.UNDECIDED
+    assert (found.evaluations["objective"] == evaluation.UNDECIDED).any()
+    assert found.best.objective < evaluation.UNDECIDED
     assert found.parameters.neck_thickness < 0.2764
 
 
@@ -266,7 +266,7 @@ def test_a_search_is_taken_up(tmp_path, search_only, monkeypatch):
     log.write_bytes(b"".join(complete.splitlines(keepends=True)[:4]))
     assert again().best.changes == first.best.changes
     assert log.read_bytes() == complete
-    monkeypatch.setattr(trials, "boundary", None)  # nothing is left to simulate
+    monkeypatch.setattr(evaluation, "boundary", None)  # nothing is left to simulate
     assert again().best.to_dict() == first.best.to_dict()
 
 

@@ -414,7 +414,7 @@ def test_full_disk_ends_with_advice_and_keeps_what_is_there(done, tmp_path):
     )
     assert later, "no part is larger than the limit"
     assert ended.stderr.startswith("PinchoffError 1: ")
-    assert "make room and give the same command again" in ended.stderr
+    assert "make room and start again" in ended.stderr
     assert len(parts(tmp_path)) >= 2
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
     po.sweep(SAMPLE, tmp_path)

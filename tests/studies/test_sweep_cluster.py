@@ -154,7 +154,7 @@ def test_lost_scheduler_keeps_what_is_there_and_says_what_to_do(on_threads, tmp_
 
         closer = threading.Thread(target=close_soon)
         closer.start()
-        with pytest.raises(po.PinchoffError, match="give the same command again"):
+        with pytest.raises(po.PinchoffError, match="start it again"):
             po.sweep(CONFIG, tmp_path, client=client)
         closer.join()
     there = parts(tmp_path)

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.collisions.parquet import write_collisions
-from pinchoff.collisions.segments import symmetry_of_impact
 from pinchoff.studies.virtual import CONDITIONS, TRUE_SYMMETRY
 
 

@@ -81,13 +81,14 @@ def test_same_seed_same_frames(microscope, disc, moving):
     assert not np.array_equal(first[0], other[0])
 
 
-def test_truth_of_a_disc(microscope, disc, moving, symmetry_of_disc):
+@pytest.mark.parametrize(("distance_um", "gap_px"), [(16.0, 16.0 / 5.0), (None, 1.0)])
+def test_truth_of_a_disc(microscope, disc, moving, symmetry_of_disc, distance_um, gap_px):
     """A disc that passes below an obstacle: contact, S and b from plane geometry."""
     radius, below, speed = 20.0, 8.0, 2.5
     obstacle = (150.0, 80.0, 16.0)
     scene = Scene((moving(disc(radius), (40.0, 88.0), (speed, 0.0), obstacle),))
-    (found,) = scene_encounters(scene, microscope, 40)
-    reach = radius + 16.0 + 16.0 / 5.0
+    (found,) = scene_encounters(scene, microscope, 40, distance_um)
+    reach = radius + 16.0 + gap_px
     x_contact = 150.0 - math.sqrt(reach**2 - below**2)
     assert found.contact_frame == math.ceil((x_contact - 40.0) / speed)
     row = found.row(LABORATORY)

@@ -86,7 +86,7 @@ def test_folder_of_images_in_natural_order(tmp_path, suffix):
         cv2.imwrite(str(tmp_path / f"image{number}{suffix}"), picture(number)[:, :, ::-1])
     found = list(Clip(tmp_path, fps=10.0).frames())
     assert [frame.luma[40, 5] for frame in found] == [100, 101, 102, 110]
-    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.1, 0.2, 0.3])
+    assert [frame.time_s for frame in found] == pytest.approx([0.0, 0.1, 0.2, 1.0])  # as numbered
     assert found[0].chroma[1, 8, 4] > 150
 
 
@@ -123,13 +123,15 @@ def test_truncated_file_gives_what_is_readable(tmp_path):
     assert [frame.number for frame in found] == list(range(len(found)))
 
 
-def test_image_that_breaks_off_is_warned_of(tmp_path):
+def test_image_that_breaks_off_costs_itself_only(tmp_path):
     for number in range(3):
         cv2.imwrite(str(tmp_path / f"{number}.png"), picture(number))
     (tmp_path / "1.png").write_bytes(b"no picture")
     clip = Clip(tmp_path)
-    assert len(list(clip.frames())) == 1
-    assert clip.warning == "1.png is no image; what follows was left out"
+    found = list(clip.frames())
+    assert [frame.number for frame in found] == [0, 2]
+    assert found[1].time_s == pytest.approx(2 / 60)
+    assert clip.warning == "could not be read and are left out: 1.png (it is no picture)"
 
 
 @pytest.mark.parametrize("name", ["text.mp4", "empty.mp4", "text.tif", "folder"])

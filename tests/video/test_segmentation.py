@@ -7,12 +7,12 @@ import math
 import cv2
 import numpy as np
 import pytest
+from pinchoff.video.segmentation import Segmenter
 
 from pinchoff import _core
 from pinchoff.video.contours import trace
 from pinchoff.video.levels import calibrate
 from pinchoff.video.microscope import Scene
-from pinchoff.video.segmentation import Segmenter
 from pinchoff.video.settings import VideoSettings
 
 OBSTACLE = (150.0, 60.0, 16.0)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from pinchoff.video.segmentation import Segmenter
 
 from pinchoff.video.background import Background, median_background
 from pinchoff.video.levels import Levels, calibrate
 from pinchoff.video.reading import Frame
-from pinchoff.video.segmentation import Segmenter
 from pinchoff.video.settings import VideoSettings
 
 

@@ -348,7 +348,7 @@ def _saddle_point(momentum: Any, b: list[Any]) -> Callable[[Floats], Floats]:
 def _chebyshev(matrix: Any) -> Callable[[Floats], Floats]:
     """Return a polynomial of a matrix, scaled by its diagonal, that approximates its inverse.
 
-    Of fixed degree and without a start, so that it is linear, symmetric and positive.
+    Its degree is fixed and it starts from zero. So it is linear, symmetric and positive.
     """
     inverse = 1.0 / matrix.diagonal()[:, None]
     vector = np.random.default_rng(0).standard_normal(matrix.shape[0])

@@ -23,6 +23,7 @@ from pinchoff.chamber.parts import (
 )
 from pinchoff.support.checked import Checked, Number, explained, number
 from pinchoff.support.errors import InputError
+from pinchoff.support.paper_constants import THICKNESS_UM
 
 
 def _part(model: type[Checked]) -> Any:
@@ -48,7 +49,7 @@ class Device(Checked):
         As the parameters of `pinchoff.chamber.Chamber`.
     """
 
-    thickness_um: Number = number(1, 2000, "z in µm", default=85.0)
+    thickness_um: Number = number(1, 2000, "z in µm", default=THICKNESS_UM)
     inlets: Annotated[Inlets, _part(Inlets)] = _default(Inlets, "the inlets' parameters")
     junction: Annotated[Junction, _part(Junction)] = _default(Junction, "the junction's parameters")
     oil_inputs: Annotated[OilInputs, _part(OilInputs)] = _default(

@@ -14,7 +14,7 @@ from pinchoff.chamber.shapes import on_grid
 if TYPE_CHECKING:
     from pinchoff.chamber.device import Device
 
-_ARM_UM = 300.0  # of an alignment cross, from its middle
+_ARM_UM = 300.0  # length of an arm of an alignment cross, from its middle
 _CROSS_UM = 50.0  # width of an arm
 _BAR_UM = 1000.0
 _BAR_HEIGHT_UM = 80.0

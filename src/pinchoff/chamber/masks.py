@@ -33,7 +33,7 @@ LAYERS = {
 """Number of each layer; DXF uses the names. ``mask_clear`` is what light passes through."""
 
 _MOST_POINTS = 4000  # of a GDSII polygon; some readers take no more than 8190
-_DATE = datetime(2000, 1, 1)  # the same design is the same file
+_DATE = datetime(2000, 1, 1)  # a fixed date, so that the same design gives the same file
 _COLORS = {  # DXF's colour numbers, near those of the appendix
     "inlets": 2,
     "junction": 60,
@@ -65,13 +65,31 @@ def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
 
 
 def write_gds(chamber: Chamber, path: Path) -> None:
-    """Write the mask as GDSII, complete or not at all."""
+    """Write the mask as GDSII, complete or not at all.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_gds(Chamber(), Path("mask.gds"))
+    >>> Path("mask.gds").exists()
+    True
+    """
     with written_aside(path) as unfinished:
         _library(chamber).write_gds(unfinished, max_points=_MOST_POINTS, timestamp=_DATE)
 
 
 def write_oasis(chamber: Chamber, path: Path) -> None:
-    """Write the mask as OASIS, complete or not at all."""
+    """Write the mask as OASIS, complete or not at all.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_oasis(Chamber(), Path("mask.oas"))
+    >>> Path("mask.oas").exists()
+    True
+    """
     with written_aside(path) as unfinished:
         _library(chamber).write_oas(unfinished)
 
@@ -101,6 +119,14 @@ def write_dxf(chamber: Chamber, path: Path) -> None:
     """Write the mask as DXF in µm, complete or not at all.
 
     Outlines and holes are closed polylines on the layer of their region.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_dxf(Chamber(), Path("mask.dxf"))
+    >>> Path("mask.dxf").exists()
+    True
     """
     from ezdxf.enums import InsertUnits
     from ezdxf.filemanagement import new

@@ -63,7 +63,7 @@ class TriangleMesh:
 
     @cached_property
     def _finder(self) -> TriFinder:
-        from matplotlib.tri import Triangulation  # far faster than qhull's walk
+        from matplotlib.tri import Triangulation  # faster than finding the triangles by qhull
 
         x, y = self.points.T
         return Triangulation(x, y, self.triangles).get_trifinder()
@@ -101,7 +101,7 @@ def build_mesh(fluid: MultiPolygon, size: Size, largest_um: float) -> TriangleMe
     Parameters
     ----------
     fluid : MultiPolygon
-        With holes where pillars stand, µm.
+        The fluid, with holes where pillars stand, µm.
     size : callable
         Element size at points on walls.
     largest_um : float

@@ -93,6 +93,15 @@ def flow_around(
     Flow
         With the obstacle's centre at the origin, in units of the operation's droplet diameter D0
         and of the mean speed in the imaging area; zero in every pillar.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> along, across = flow_around(check).velocity(np.array([[-2.0, 0.0]]))[0]
+    >>> bool(0.8 < along < 1.2), bool(abs(across) < 0.05)
+    (True, True)
     """
     obstacle = check.central_obstacle() if obstacle is None else obstacle
     diameter = check.chamber.operation.droplet_diameter_um
@@ -153,6 +162,15 @@ def compare_with_stokes(
         Ca_sim of the points of the lines.
     progress : bool, optional
         As for `pinchoff.boundary`.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber, check_flow
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
+    >>> compared = compare_with_stokes(check, capillary_numbers=[80.0])
+    >>> compared.in_stokes.outcome
+    'broke'
     """
     obstacle = check.central_obstacle()
     parameters = collision_parameters(check, obstacle, OFFSET)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 
 __all__ = [
@@ -38,7 +39,7 @@ class Inlets(Checked):
     Parameters
     ----------
     port_diameter_um : float
-        Of the punched holes.
+        Diameter of the punched holes.
     trap_length_um : float
         Length of the field of posts behind a port.
     post_diameter_um, post_gap_um : float
@@ -71,7 +72,7 @@ class Junction(Checked):
     channel_width_um : float
         Width of the central channel, along which the droplets travel.
     taper_length_um : float
-        From the orifice to the central channel.
+        Length from the orifice to the central channel.
     """
 
     water_width_um: Number = _length(100.0, "the width of the water channel")
@@ -88,9 +89,9 @@ class OilInputs(Checked):
     Parameters
     ----------
     port_diameter_um : float
-        Of the punched holes.
+        Diameter of the punched holes.
     channel_width_um : float
-        Of the channels into the expansion.
+        Width of the channels into the expansion.
     """
 
     port_diameter_um: Number = _length(1200.0, "the diameter of the punched holes")
@@ -105,7 +106,7 @@ class Expansion(Checked):
     length_um : float
         Along which the side channels widen.
     straight_um : float
-        From there to where the three channels join.
+        Length from there to where the three channels join.
     divider_um : float
         Wall between the droplets' channel and a side channel.
     """
@@ -121,7 +122,7 @@ class Supports(Checked):
     Parameters
     ----------
     radius_um : float
-        Of a structural pillar.
+        Radius of a structural pillar.
     pitch_um : float
         Distance between neighbours, along and across.
     flank_um : float
@@ -151,7 +152,7 @@ class Imaging(Checked):
         By what part of the pitch every second column is shifted sideways.
     """
 
-    obstacle_radius_um: Number = _length(85.0, "the obstacles' radius R")
+    obstacle_radius_um: Number = _length(paper.OBSTACLE_RADIUS_UM, "the obstacles' radius R")
     pitch_um: Number = _length(900.0, "the distance between obstacles")
     rows: WholeNumber = explained(
         "a whole number from 1 to 200", "how many obstacles stand across", ge=1, le=200, default=5
@@ -174,7 +175,7 @@ class Exit(Checked):
     width_um : float
         Width to which they converge there.
     port_diameter_um : float
-        Of the punched hole.
+        Diameter of the punched hole.
     """
 
     length_um: Number = _length(5095.0, "the length along which the walls converge")
@@ -193,7 +194,7 @@ class Mask(Checked):
     chord_tolerance_um : float
         How far a chord may stand off the curve that it replaces.
     margin_um : float
-        From the channels to the edge of the chip.
+        Distance from the channels to the edge of the chip.
     label : str
         Text on the chip; by default the radius and the thickness.
     """
@@ -254,7 +255,7 @@ class Operation(Checked):
     extra_oil_rate_uL_min : float
         Oil through the extra inlet at y > 0, and drawn from no other [paper: none].
     viscosity_mPa_s, density_kg_m3 : float
-        Of the oil [paper: 50 cSt × 960 kg/m³].
+        Viscosity of the oil [paper: 50 cSt × 960 kg/m³].
     surface_tension_mN_m : float
         Between oil and water [paper: about 20].
     droplet_diameter_um : float
@@ -273,13 +274,15 @@ class Operation(Checked):
         0, 1e5, "the extra oil's flow rate in µL/min", default=0.0
     )
     viscosity_mPa_s: Number = number(  # noqa: N815
-        1e-3, 1e7, "the oil's viscosity in mPa s", default=48.0
+        1e-3, 1e7, "the oil's viscosity in mPa s", default=paper.VISCOSITY_MPA_S
     )
-    density_kg_m3: Number = number(1, 1e5, "the oil's density in kg/m³", default=960.0)
+    density_kg_m3: Number = number(
+        1, 1e5, "the oil's density in kg/m³", default=paper.OIL_DENSITY_KG_M3
+    )
     surface_tension_mN_m: Number = number(  # noqa: N815
-        1e-3, 1e4, "the surface tension in mN/m", default=20.0
+        1e-3, 1e4, "the surface tension in mN/m", default=paper.SURFACE_TENSION_MN_M
     )
-    droplet_diameter_um: Number = _length(481.0, "the droplet's diameter D0")
+    droplet_diameter_um: Number = _length(paper.MEDIAN_DIAMETER_UM, "the droplet's diameter D0")
     elements_across_gap: WholeNumber = explained(
         "a whole number from 4 to 60",
         "how many elements span the narrowest gap",

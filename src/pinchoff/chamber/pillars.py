@@ -28,6 +28,11 @@ def pillar_table(pillars: Sequence[Pillar]) -> pd.DataFrame:
     -------
     DataFrame
         ``obstacle_x_um``, ``obstacle_y_um``, ``obstacle_radius_um`` and ``region``.
+
+    Examples
+    --------
+    >>> pillar_table([Pillar(0.0, 450.0, 85.0, "imaging")])["region"].tolist()
+    ['imaging']
     """
     import pandas as pd
 

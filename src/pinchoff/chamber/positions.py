@@ -24,13 +24,13 @@ def in_frame(
     pixel_size_um: float = PIXEL_SIZE_UM,
     frame_px: tuple[int, int] = PAPER_FRAME_PX,
 ) -> pd.DataFrame:
-    """Return the pillars that a frame shows, where it shows them.
+    """Return the pillars that are visible in a frame, and their places in it.
 
     Parameters
     ----------
     chamber : Chamber
     centre_um : (float, float), optional
-        Which point of the design is in the middle of the frame; by default that of the imaging
+        The point of the design in the middle of the frame; by default the middle of the imaging
         area.
     pixel_size_um : float, optional
         Size of a pixel in the chamber.
@@ -49,6 +49,13 @@ def in_frame(
     ------
     InputError
         A size is not positive, or a number not finite.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> pillars = in_frame(Chamber(), pixel_size_um=5.28, frame_px=(640, 512))
+    >>> len(pillars), set(pillars["obstacle_radius_um"])
+    (10, {85.0})
     """
     if not finite_or_nan(pixel_size_um) > 0:
         advice = "give the size of a pixel in µm"

@@ -63,6 +63,17 @@ def read_design(path: str | os.PathLike[str]) -> Chamber:
     ------
     InputError
         The file cannot be read or is no design; or as `Chamber`.
+
+    Examples
+    --------
+    >>> import json
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> from pinchoff.chamber.record import design_record
+    >>> wide = Chamber(imaging={"rows": 6})
+    >>> size = Path("design.json").write_text(json.dumps(design_record(wide)))
+    >>> read_design("design.json") == wide
+    True
     """
     from pinchoff.chamber.design import Chamber
 

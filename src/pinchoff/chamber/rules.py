@@ -1,4 +1,4 @@
-"""The design-rule check: whether mask, SU-8 and PDMS can hold a layout, and where they cannot."""
+"""The design-rule check: finds where mask, SU-8 or PDMS could not hold a layout."""
 
 from __future__ import annotations
 
@@ -61,6 +61,15 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     -------
     list of Violation
         Empty for a layout that can be made.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> check_rules(Chamber())
+    []
+    >>> narrow = Chamber(rules={"on_violation": "warn"}, junction={"orifice_width_um": 18})
+    >>> print(*check_rules(narrow))
+    gap at (5774, 0) µm: the fluid is narrower than 21.25 µm
     """
     layout = chamber.layout if layout is None else layout
     gap, wall = chamber.least_gap_um, chamber.least_wall_um
@@ -126,7 +135,7 @@ def _too_thin(layout: Layout, least: float) -> Iterator[Violation]:
 
 
 def _too_wide(layout: Layout, most: float) -> Iterator[Violation]:
-    """Yield fluid whose ceiling nothing holds: farther from any solid than half the span.
+    """Yield fluid whose ceiling would sag: farther from any solid than half the largest span.
 
     Ports are left out, where there is a hole in the ceiling.
     """

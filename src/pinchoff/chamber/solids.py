@@ -24,7 +24,16 @@ _COLORS = ("Gold", "LightGreen", "Green", "LightSkyBlue", "DarkBlue", "Violet", 
 
 
 def write_stl(chamber: Chamber, path: Path) -> None:
-    """Write the relief of the mould, the fluid at its height, as binary STL in mm."""
+    """Write the relief of the mould, the fluid at its height, as binary STL in mm.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_stl(Chamber(), Path("mould.stl"))
+    >>> Path("mould.stl").exists()
+    True
+    """
     corners = _triangles(chamber) * 1e-3
     records = np.zeros(len(corners), dtype=_TRIANGLE)
     records["corners"] = corners
@@ -73,7 +82,16 @@ def _side(ring: NDArray[np.float64], height: float) -> NDArray[np.float64]:
 
 
 def write_scad(chamber: Chamber, path: Path) -> None:
-    """Write OpenSCAD source in mm: a module for each region, pillars as lists of their places."""
+    """Write OpenSCAD source in mm: a module for each region, pillars as lists of their places.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from pinchoff.chamber import Chamber
+    >>> write_scad(Chamber(), Path("mould.scad"))
+    >>> Path("mould.scad").exists()
+    True
+    """
     with written_aside(path) as unfinished:
         unfinished.write_text(scad_source(chamber), encoding="utf-8")
 

@@ -17,9 +17,13 @@ from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
+from pinchoff.cli.examples import examples
+from pinchoff.cli.explore import explore
+from pinchoff.cli.export import export
 from pinchoff.cli.film import film
 from pinchoff.cli.fit import fit
 from pinchoff.cli.options import RENAMED
+from pinchoff.cli.output import printed_warnings
 from pinchoff.cli.reproduce import reproduce
 from pinchoff.cli.run import run
 from pinchoff.cli.summary import summary
@@ -31,9 +35,9 @@ from pinchoff.support.errors import PinchoffError
 # typer shows its parser's errors to the public only as the base class of this one.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
-_INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort
+_INTERRUPTED = 130  # exit code of typer after Ctrl-C; its older releases raise Abort
 
-_TYPES = {"integer": "a whole number", "number": "a number"}  # by words of the parser
+_TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
 app = typer.Typer(
     name="pinchoff",
@@ -42,8 +46,9 @@ app = typer.Typer(
     rich_markup_mode="rich",
 )
 _COMMANDS = {
-    "Simulate": (run, sweep, summary, boundary, calibrate),
-    "Measure": (video, compare, film),
+    "Begin": (examples,),
+    "Simulate": (run, explore, sweep, summary, boundary, calibrate),
+    "Measure": (video, compare, export, film),
     "The break-up law": (fit, virtual),
     "The device": (chamber,),
     "The paper": (reproduce,),
@@ -85,7 +90,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = [_by_its_name(text) for text in typed] or ["--help"]
     _never_fail_on_letters()
     try:
-        code = app(given, prog_name="pinchoff", standalone_mode=False)
+        with printed_warnings():
+            code = app(given, prog_name="pinchoff", standalone_mode=False)
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:
@@ -106,7 +112,7 @@ def _by_its_name(text: str) -> str:
 
 
 def _never_fail_on_letters() -> None:
-    # A console that lacks a letter of a unit (v_f∞) shows a question mark instead.
+    # A console without some letter, as in v_f∞, shows a question mark instead of an error.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
@@ -125,7 +131,8 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
     if hasattr(error, "possibilities"):
         near = difflib.get_close_matches(option, error.possibilities or (), n=1)
         advice = f"did you mean {near[0]}?" if near else see
-        return f"{option} must be an existing option; got {option}; {advice}"
+        command = f"pinchoff {given[0]}" if given[0] in commands else "pinchoff"
+        return f"{option} must be an option of {command}; got {option}; {advice}"
     message = str(getattr(error, "message", ""))
     if option:
         rule = "given without a value" if "does not take" in message else "followed by a value"

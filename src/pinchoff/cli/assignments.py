@@ -53,6 +53,11 @@ def read_values(flag: str, texts: Iterable[str] | None, example: str) -> dict[st
     ------
     InputError
         As `read_pairs` and `read_value`.
+
+    Examples
+    --------
+    >>> read_values("--set", ["line_tension=60"], "line_tension=60")
+    {'line_tension': 60}
     """
     pairs = read_pairs(flag, texts, example)
     return {name: read_value(f"{flag} {name}", text) for name, text in pairs.items()}

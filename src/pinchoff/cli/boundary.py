@@ -29,7 +29,7 @@ from pinchoff.cli.output import announce, print_table, write_json
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
 TABLE = "boundary.parquet"
@@ -108,7 +108,9 @@ def boundary(
     prepare_folder(folder, _FILES, overwrite=overwrite)
     started = time.perf_counter()
     line = _found(base, vary, width_number, scan_number)
-    report, fit = _report(line, time.perf_counter() - started)
+    from pinchoff.studies.boundary.report import boundary_report
+
+    report, fit = boundary_report(line, time.perf_counter() - started)
     remove_results(folder, _FILES)
     paths = _write(line, fit, report, folder)
     announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
@@ -150,48 +152,6 @@ def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) 
             file=sys.stderr,
         )
     return line
-
-
-def _report(line: Boundary, seconds: float) -> tuple[dict[str, Any], LineFit | None]:
-    """Return what goes into fit.json, and the line if there is one."""
-    from pinchoff import __version__
-
-    report: dict[str, Any] = {
-        "pinchoff_version": __version__,
-        "base": line.base.model_dump(mode="json"),
-        "varied": {name: line.table[name].unique().tolist() for name in line.varied},
-        "status": line.table["status"].value_counts().to_dict(),
-        "runs": len(line.runs),
-        "captured_runs": int(line.table["captured_runs"].sum()),
-        "failed_runs": int(line.table["failed_runs"].sum()),
-        "seconds": round(seconds, 3),
-    }
-    try:
-        fit = line.fit()
-    except InputError as error:
-        return {**report, "fit": None, "why_no_fit": str(error)}, None
-    report["fit"] = fit.to_dict()
-    if line.found["size_ratio"].nunique() > 1:
-        try:
-            report["fits_free_area_exponent"] = {
-                speed: line.fit(free_area=True, speed=speed).to_dict()
-                for speed in ("flow", "contact")
-            }
-        except InputError as error:
-            report["why_no_free_area_exponent"] = str(error)
-    if line.found["line_tension"].nunique() > 1:
-        report["appendix_c"] = _appendix_c(line)
-    return report, fit
-
-
-def _appendix_c(line: Boundary) -> dict[str, Any] | None:
-    from pinchoff.studies.boundary.collapse import collapse_spread, slopes
-
-    try:
-        spread = collapse_spread(line.found)._asdict()
-    except InputError:
-        return None
-    return {"slopes": {f"{g:g}": s for g, s in slopes(line.found).items()}, "spread": spread}
 
 
 def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:

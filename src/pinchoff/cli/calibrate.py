@@ -1,4 +1,4 @@
-"""``pinchoff calibrate``: constants that bring a separating line out, with a report."""
+"""``pinchoff calibrate``: constants with which a given separating line comes out."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def calibrate(
 
 
 def _target(text: str) -> Target:
-    """Read numbers between commas as a line, and leave anything else to the library."""
+    """Read numbers between commas as a line; the library reads anything else."""
     from pinchoff.studies.calibration.targets import LineTarget, as_target
 
     try:

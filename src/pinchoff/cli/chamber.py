@@ -43,7 +43,7 @@ _DRAWINGS = ("chamber.svg", "chamber.png")
 _FILES = (*_WRITERS, *_DRAWINGS, RECORD, RULES, FLOW, COLLISION)
 
 _DEVICE = "Device"
-_NAMED = 10  # violations that are printed
+_NAMED = 10  # at most so many violations are printed
 _RATE_COLUMNS = {
     "oil_rate_uL_min": "oil (µL/min)",
     "speed_mm_s": "speed (mm/s)",
@@ -240,7 +240,7 @@ def _record(
 
 
 def _print(record: dict[str, Any], flow: dict[str, Any] | None) -> None:
-    """Print what a look at the design has to say first."""
+    """Print the sizes of the design, and the results of the flow check."""
     derived = record["derived"]
     numbers = {name: derived[name] for name in ("length_um", "width_um", "fluid_volume_uL")}
     numbers["pillars"] = len(record["pillars"])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OutFolder
+from pinchoff.cli.folders import prepare_folder, refuse_results, results_folder
+from pinchoff.cli.options import OutFolder, Overwrite
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
@@ -23,6 +24,7 @@ def compare(
         int, typer.Option(metavar="ID", help="collision_id in the clip's collisions.parquet.")
     ],
     out: OutFolder = "comparison",
+    overwrite: Overwrite = False,
 ) -> None:
     """Simulate a measured collision from its own numbers, and lay it over the film.
 
@@ -40,10 +42,13 @@ def compare(
     folder = results_folder(out)
     from pinchoff.figures.filmed_comparison import write_comparison
     from pinchoff.support.files import written_aside
-    from pinchoff.video.comparison import compare_collision
+    from pinchoff.support.progress import progress_bar
+    from pinchoff.video.comparison import ROUNDS, compare_collision
 
-    found = compare_collision(clip, collision)
-    prepare_folder(folder)
+    refuse_results(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
+    with progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show:
+        found = compare_collision(clip, collision, progress=show)
+    prepare_folder(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
     write_comparison(folder / _PICTURE, found)
     numbers = found.to_dict()
     with written_aside(folder / _NUMBERS) as unfinished:

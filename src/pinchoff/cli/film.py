@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from pinchoff.cli.folders import refuse_files
 from pinchoff.cli.options import flag_of
 from pinchoff.cli.video import LABORATORY
 from pinchoff.support.errors import InputError, SimulationError
@@ -46,12 +48,16 @@ def film(
         float, typer.Option(metavar="DEGREES", help="Direction of the flow, from x towards y.")
     ] = 0.0,
     seed: Annotated[int, typer.Option(metavar="NUMBER", help="Of noise and pauses.")] = 0,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", metavar="", help="Replace the clip and its truth.")
+    ] = False,
 ) -> None:
     """Film the collisions of a sweep, with the truth beside the clip.
 
-    The runs of SWEEP are simulated again and pass obstacles in several lanes, drawn as the
-    paper's microscope shows them. CLIP.truth.parquet has every collision of the clip, measured on
-    the outlines that were drawn: with pinchoff video it shows what a measurement does to the truth.
+    The runs of SWEEP are simulated again, daughters too, and pass obstacles in several lanes, drawn
+    as the paper's microscope shows them. CLIP.truth.parquet has every collision of the clip,
+    measured on the outlines that were drawn: with pinchoff video it shows what a measurement does
+    to the truth.
 
     [bold]Example[/bold]
 
@@ -61,8 +67,9 @@ def film(
 
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.microscope import film as write_film
-    from pinchoff.video.microscope import lane_scene
+    from pinchoff.video.microscope import lane_scene, truth_of
 
+    refuse_files("--out", (out, truth_of(out)), overwrite=overwrite)
     if most < 1:
         raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
     laboratory = _laboratory(
@@ -114,6 +121,7 @@ def _passages(
 ) -> list[Passage]:
     from pinchoff.studies.sweep import SweepDesign
     from pinchoff.studies.sweep.dataset import read_manifest
+    from pinchoff.support.progress import progress_bar
     from pinchoff.video.microscope import passage_of
 
     manifest = read_manifest(sweep)
@@ -121,12 +129,21 @@ def _passages(
         got, advice = "something else", "give the folder that pinchoff sweep wrote"
         raise InputError.of(str(sweep), "the folder of a sweep", got, advice)
     design = SweepDesign.from_config(manifest["configuration"])
-    passages, failed = [], 0
-    for parameters in design.points(0, min(most, len(design))):
-        try:
-            passages.append(passage_of(parameters, microscope, laboratory))
-        except SimulationError:
-            failed += 1
-    if failed:
-        print(f"warning: guards stopped {failed} runs: they are left out", file=sys.stderr)
+    chosen = list(design.points(0, min(most, len(design))))
+    passages, left_out = [], Counter[str]()
+    with progress_bar(sys.stderr.isatty(), "simulate", len(chosen), unit="runs") as show:
+        for done, parameters in enumerate(chosen, start=1):
+            try:
+                passages.append(passage_of(parameters, microscope, laboratory))
+            except SimulationError as error:
+                left_out[f"the guard {error.guard} stopped them"] += 1
+            except InputError as error:
+                left_out[str(error)] += 1
+            if show is not None:
+                show(done)
+    for reason, count in left_out.most_common():
+        print(f"warning: {count} of {len(chosen)} runs are left out: {reason}", file=sys.stderr)
+    if not passages:
+        got, advice = "none that can be filmed", "see the reasons above"
+        raise InputError.of(str(sweep), "a sweep with runs to film", got, advice)
     return passages

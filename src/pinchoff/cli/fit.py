@@ -16,35 +16,30 @@ from pinchoff.cli.options import (
     named_as_options,
     option,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, printed_warnings, write_json
+from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from pinchoff.collisions.importing import ImportedCollisions
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.figures.page import Picture
+    from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"
 LAWS = "laws.csv"
 SET_ASIDE = "set_aside.csv"
+COLLISIONS = "collisions.parquet"
 PAGE = "report.html"
-FIGURES = {
-    "separated_outcomes.png": "S against Ca Ã z̃ of collisions that broke, of all, and of those "
-    "that did not, with the fitted separating line and that of the paper's experiments.",
-    "breakup_probability.png": "Share of collisions that broke against the breakup number, with "
-    "binomial intervals; the fitted law and a step.",
-    "daughter_areas.png": "Ratio of the daughters' areas against S. Dotted: S/(2 − S), without "
-    "exchange between the two sides.",
-    "neck_histograms.png": "Thinnest necks. Right: what cameras see in the last frame before the "
-    "break-up of the median droplet, simulated to 0.167 D0 and then thinning to nothing at "
-    "4.2 mm/s, the slowest that the paper's frames allow (an assumption).",
-    "constant_height.png": "Left: two droplets on the separating line, one twice as wide as the "
-    "other; their smaller parts are nearly as high. Right: the exponent that one height gives.",
-}
-_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *FIGURES)
+_FIGURES = (
+    "separated_outcomes.png",
+    "breakup_probability.png",
+    "daughter_areas.png",
+    "neck_histograms.png",
+    "constant_height.png",
+)
+_FILES = (LAW, LAWS, SET_ASIDE, COLLISIONS, PAGE, FOLDER_PAGE, *_FIGURES)
 
 _FIT = "Fit"
 
@@ -94,7 +89,9 @@ def fit(
     - law.json: α, β, w and free exponents with intervals
     - laws.csv: which quantities the data need
     - set_aside.csv: rows that were not used, and why
+    - collisions.parquet: those that were, in the package's columns
     - report.html: all of it and the figures on one page
+    - explore.html: the collisions to play with, beside the live model
     - the figures as PNG
 
     [bold]Examples[/bold]
@@ -105,18 +102,17 @@ def fit(
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
-    with printed_warnings():
-        collisions = imported(table, columns, units, constants)
-        prepare_folder(folder, _FILES, overwrite=overwrite)
-        study = _studied(
-            collisions,
-            free=tuple(free or ()),
-            symmetry_noise=symmetry_noise,
-            confidence=confidence,
-            samples=samples,
-            fraction=fraction,
-            seed=seed,
-        )
+    collisions = imported(table, columns, units, constants)
+    prepare_folder(folder, _FILES, overwrite=overwrite)
+    study = _studied(
+        collisions,
+        free=tuple(free or ()),
+        symmetry_noise=symmetry_noise,
+        confidence=confidence,
+        samples=samples,
+        fraction=fraction,
+        seed=seed,
+    )
     for message in collisions.messages():
         print(f"warning: {message}", file=sys.stderr)
     remove_results(folder, _FILES)
@@ -126,7 +122,7 @@ def fit(
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
-    from pinchoff.fits.study import study_law
+    from pinchoff.fits.law_study import study_law
 
     samples = options["samples"]
     assert isinstance(samples, int)
@@ -144,41 +140,23 @@ def _report(study: LawStudy) -> dict[str, Any]:
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.collisions.parquet import write_collisions
+    from pinchoff.explorer.page import write_folder_page
     from pinchoff.figures import style
-    from pinchoff.figures.pages.law import law_page
+    from pinchoff.figures.pages.law import law_figures, law_page
 
     write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
         if frame is not None and len(frame):
             with written_aside(folder / name) as unfinished:
                 frame.to_csv(unfinished, index=False)
-    for name, axes in _drawn(study):
-        style.save(folder / name, axes)
-    pictures = [(folder / name, text) for name, text in FIGURES.items() if (folder / name).exists()]
-    law_page(study, source, pictures).write(folder / PAGE)  # type: ignore[arg-type]
-
-
-def _drawn(study: LawStudy) -> list[tuple[str, Axes]]:
-    """Draw the figures for which the table has the data."""
-    from pinchoff.figures.breakup_probability import breakup_probability
-    from pinchoff.figures.constant_height import constant_height
-    from pinchoff.figures.daughters import daughter_areas
-    from pinchoff.figures.neck_histograms import neck_histograms
-    from pinchoff.figures.phase_diagram import separated_outcomes
-    from pinchoff.studies.necks import median_history
-
-    table, fit = study.collisions.table, study.fit
-    separated, probability, daughters, necks, height = FIGURES
-    drawn = [
-        (separated, separated_outcomes(table, fit)[0]),
-        (probability, breakup_probability(table, fit)),
-        (height, constant_height(fit)[0]),
-    ]
-    if (table["daughter_area_ratio"].notna() & table["broke"]).any():
-        drawn.append((daughters, daughter_areas(table)))
-    if table[["neck_um", "neck_thickness"]].notna().any(axis=None):
-        drawn.append((necks, neck_histograms(table, median_history())[0]))
-    return drawn
+    write_collisions(study.collisions.table, folder / COLLISIONS)
+    pictures: list[tuple[Picture, str]] = []
+    for name, (axes, caption) in law_figures(study).items():
+        style.save(folder / f"{name}.png", axes)
+        pictures.append((folder / f"{name}.png", caption))
+    explorer = FOLDER_PAGE if write_folder_page(folder) else ""
+    law_page(study, source, pictures, explorer).write(folder / PAGE)
 
 
 def _print(study: LawStudy) -> None:

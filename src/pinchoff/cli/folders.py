@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
@@ -50,13 +53,8 @@ def prepare_folder(
     InputError
         It cannot be made or written to, or holds results that may not be replaced.
     """
+    refuse_results(out, results, overwrite=overwrite, held=held)
     try:
-        present = next((name for name in results if (out / name).exists()), None)
-        if present is not None and not overwrite:
-            found = held(out) if held else f"it holds {present}"
-            advice = "add --overwrite, or choose another folder"
-            got = f"{out} ({found})"
-            raise InputError.of("--out", "a folder without results", got, advice)
         out.mkdir(parents=True, exist_ok=True)
         with written_aside(out / _PROBE) as unfinished:
             unfinished.touch()
@@ -65,6 +63,42 @@ def prepare_folder(
         got = f"{out} ({error.strerror})"
         rule = "a folder that can be written to"
         raise InputError.of("--out", rule, got, "choose another") from None
+
+
+def refuse_results(
+    out: Path,
+    results: Sequence[str],
+    *,
+    overwrite: bool,
+    held: Callable[[Path], str] | None = None,
+) -> None:
+    """Refuse a folder that holds results which may not be replaced; the first part of the above.
+
+    Raises
+    ------
+    InputError
+        It does.
+    """
+    present = next((name for name in results if os.path.lexists(out / name)), None)
+    if present is not None and not overwrite:
+        found = held(out) if held else f"it holds {present}"
+        advice = "add --overwrite, or choose another folder"
+        got = f"{out} ({found})"
+        raise InputError.of("--out", "a folder without results", got, advice)
+
+
+def refuse_files(option: str, files: Iterable[Path], *, overwrite: bool) -> None:
+    """Refuse the names of files that exist and may not be replaced.
+
+    Raises
+    ------
+    InputError
+        One of them does.
+    """
+    present = next((path for path in files if os.path.lexists(path)), None)
+    if present is not None and not overwrite:
+        advice = "add --overwrite, or choose another name"
+        raise InputError.of(option, "the name of a new file", str(present), advice)
 
 
 def remove_results(out: Path, results: Iterable[str]) -> None:
@@ -79,3 +113,13 @@ def remove_results(out: Path, results: Iterable[str]) -> None:
     for pattern in results:
         for path in out.glob(pattern):
             path.unlink()
+
+
+@contextmanager
+def going_on_with(out: str) -> Iterator[None]:
+    """Say after Ctrl-C that the same command goes on where it was stopped."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
+        raise

@@ -90,6 +90,14 @@ def named_as_options(*names: str, **others: str) -> Iterator[None]:
         Arguments that are called as their options.
     **others : str
         Arguments that are not, with what they are called.
+
+    Examples
+    --------
+    >>> with named_as_options("symmetry_noise", n="--rows"):
+    ...     raise InputError.of("n", "positive", 0, "give 1 or more")
+    Traceback (most recent call last):
+    ...
+    pinchoff.support.errors.InputError: --rows must be positive; got 0; give 1 or more
     """
     flags = {**{name: flag_of(name) for name in names}, **others}
     try:
@@ -187,7 +195,8 @@ def configuration(
 
     if config is None:
         name = preset or "default"
-        return _of_model(Parameters.preset(name), model), name
+        with named_as_options("preset"):
+            return _of_model(Parameters.preset(name), model), name
     if preset is not None:
         raise InputError.of(
             "--preset", "left out beside a file", preset, f"write the preset into {config}"

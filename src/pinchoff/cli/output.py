@@ -9,12 +9,9 @@ import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pinchoff.support.files import written_aside
-
-if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
 
 _TABLE = (
     "outcome",
@@ -33,38 +30,6 @@ _TABLE = (
     "droplet_count",
     "end_time",
 )
-_PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
-
-
-def report_of(collision: Collision, preset: str) -> dict[str, Any]:
-    """Return what goes into collision.json."""
-    from pinchoff import __version__
-    from pinchoff.collisions.schema import units
-
-    parameters, row = collision.parameters, collision.to_row()
-    results = collision.to_dict()
-    given = results.pop("parameters")
-    if parameters.scale is not None:
-        results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
-    return {
-        "pinchoff_version": __version__,
-        "preset": preset,
-        "parameters": given,
-        "derived": {
-            "capillary_number": parameters.capillary_number,
-            "normalized_area": parameters.normalized_area,
-            "normalized_thickness": parameters.normalized_thickness,
-            "breakup_number": _finite(row["breakup_number"]),
-            "effective_time_step": parameters.effective_time_step,
-        },
-        "results": results,
-        "units": {
-            **{name: unit for name, unit in units().items() if unit and name in results},
-            "daughter_areas": "D0²",
-            "contacts": "D0, t0, v_f∞",
-            "breakups": "D0, t0, v_f∞",
-        },
-    }
 
 
 def print_collision(row: Mapping[str, Any]) -> None:
@@ -81,17 +46,25 @@ def print_collision(row: Mapping[str, Any]) -> None:
     print_table(("result", "value", "unit"), rows, left=(0, 2))
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def json_text(report: Mapping[str, Any]) -> str:
-    """Return a report as JSON in the strict sense: no NaN."""
+    """Return a report as JSON in the strict sense: no NaN.
+
+    Examples
+    --------
+    >>> json_text({"S": 0.5}).split()
+    ['{', '"S":', '0.5', '}']
+    """
     return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def jsonable(value: Any) -> Any:
-    """Return the value as JSON can hold it, with None where it is not a finite number."""
+    """Return the value as JSON can hold it, with None where it is not a finite number.
+
+    Examples
+    --------
+    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
+    {'w': None, 'n': [1, 2.5]}
+    """
     if isinstance(value, Mapping):
         return {str(name): jsonable(each) for name, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -151,6 +124,10 @@ def print_table(
     left : collection of int, optional
         Columns of words, which are aligned to the left; all others are of numbers.
     title : str, optional
+
+    Examples
+    --------
+    >>> print_table(("result", "value"), [("symmetry", "0.78")])  # doctest: +SKIP
     """
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
@@ -166,10 +143,16 @@ def print_table(
 
 @contextmanager
 def printed_warnings() -> Iterator[None]:
-    """Print each warning once, as one line on stderr."""
-    with warnings.catch_warnings(record=True) as caught:
+    """Print each warning once, as one line on stderr, when it is given."""
+    printed: set[str] = set()
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        if str(message) not in printed:
+            printed.add(str(message))
+            print(f"warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)
         warnings.simplefilter("always", RuntimeWarning)
+        warnings.showwarning = show
         yield
-    for message in dict.fromkeys(str(warning.message) for warning in caught):
-        print(f"warning: {message}", file=sys.stderr)

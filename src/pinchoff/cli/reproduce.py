@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import going_on_with, prepare_folder, results_folder
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -17,7 +17,7 @@ from pinchoff.cli.options import (
     option,
     switch,
 )
-from pinchoff.cli.output import announce, printed_warnings
+from pinchoff.cli.output import announce
 from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
 from pinchoff.support.progress import progress_bar
 
@@ -73,19 +73,12 @@ def reproduce(
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
-    with printed_warnings():
-        table = None if experiment is None else imported(experiment, columns, units, constants)
-        prepare_folder(folder)
-        if overwrite:
-            remove_reproduction(folder)
-        try:
-            with named_as_options("out", "only", "seed"), _bar() as show:
-                made = remake(
-                    folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
-                )
-        except KeyboardInterrupt:
-            print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-            raise
+    table = None if experiment is None else imported(experiment, columns, units, constants)
+    prepare_folder(folder)
+    if overwrite:
+        remove_reproduction(folder)
+    with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
+        made = remake(folder, only=names, quick=quick, seed=seed, experiment=table, progress=show)
     reproduction_page(made).write(folder / PAGE)
     announce(made.to_dict(), lambda: _print(made), [folder / PAGE], as_json=as_json)
 

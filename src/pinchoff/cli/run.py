@@ -25,20 +25,14 @@ from pinchoff.cli.options import (
     option,
     switch,
 )
-from pinchoff.cli.output import (
-    announce,
-    print_collision,
-    printed_warnings,
-    report_of,
-    write_json,
-)
+from pinchoff.cli.output import announce, print_collision, write_json
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
     from pinchoff.model.parameters import Parameters
+    from pinchoff.model.results import Collision
 
 RESULTS = "collision.json"
 OUTLINES = "outlines.gsd"
@@ -129,9 +123,8 @@ def run(
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
     folder = results_folder(out)
-    with printed_warnings():
-        base, preset_name = configuration(config, preset, model)
-        parameters = changed(base, _given(numbers), constants or [], _given(quantities))
+    base, preset_name = configuration(config, preset, model)
+    parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         from pinchoff.video.writing import require_video_extra
 
@@ -143,7 +136,9 @@ def run(
     collision = _simulated(parameters, folder / OUTLINES, interval)
     assert collision.outlines is not None
     _draw(collision.outlines, folder, movie)
-    report = report_of(collision, preset_name)
+    from pinchoff.model.collision_report import collision_report
+
+    report = collision_report(collision, preset_name)
     write_json(folder / RESULTS, report)
     announce(
         report,
@@ -178,7 +173,7 @@ def _interval(text: str) -> float:
 
 
 def _description(out: Path, parameters: Parameters) -> str:
-    """Say what the results in a folder are, compared with the run that is asked for."""
+    """Say how the results in a folder relate to the run that is asked for."""
     from pinchoff import __version__
 
     try:
@@ -214,5 +209,5 @@ def _draw(outlines: Outlines, out: Path, movie: bool) -> None:
     if movie:
         from pinchoff.figures.movie import write_movie
 
-        with progress_bar(sys.stderr.isatty(), "movie", len(outlines), unit="frames") as show:
+        with progress_bar(sys.stderr.isatty(), "movie", None, unit="frames") as show:
             write_movie(out / MOVIE, outlines, progress=show)

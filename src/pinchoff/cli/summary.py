@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.options import OUTPUT, AsJson, option
+from pinchoff.cli.folders import refuse_files
+from pinchoff.cli.options import OUTPUT, AsJson, option, switch
 from pinchoff.cli.output import announce, print_table
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ def summary(
         Path | None,
         option("FILE", "The picture, .png, .pdf or .svg", default=f"DIR/{_PICTURE}", panel=OUTPUT),
     ] = None,
+    overwrite: Annotated[
+        bool, switch("--overwrite", "Replace FILE where it exists", panel=OUTPUT)
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Show counts and ranges of a collisions table, and draw it.
@@ -37,6 +41,8 @@ def summary(
 
     pinchoff summary phase-diagram --picture phase-diagram.pdf
     """
+    if picture is not None:
+        refuse_files("--picture", [picture], overwrite=overwrite)
     from pinchoff.figures import style
     from pinchoff.figures.phase_diagram import phase_diagram
     from pinchoff.studies.sweep.summary import summarize

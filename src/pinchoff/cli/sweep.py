@@ -1,15 +1,14 @@
-"""``pinchoff sweep``: very many collisions into a dataset that survives any interruption."""
+"""``pinchoff sweep``: very many collisions, written to a dataset; after a stop it goes on."""
 
 from __future__ import annotations
 
-import sys
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.folders import results_folder
+from pinchoff.cli.folders import going_on_with, results_folder
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -17,7 +16,7 @@ from pinchoff.cli.options import (
     named_as_options,
     option,
 )
-from pinchoff.cli.output import announce, printed_warnings
+from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +77,7 @@ def sweep(
     from pinchoff.studies.sweep import sweep as run_sweep
     from pinchoff.studies.sweep.dataset import remove_sweep
 
-    with named_as_options("out", "scheduler", "threads"), printed_warnings():
+    with named_as_options("out", "scheduler", "threads"):
         folder = results_folder(out)
         design = SweepDesign.from_toml(config)
         if workers is not None and scheduler is not None:
@@ -86,12 +85,8 @@ def sweep(
             raise InputError.of("threads", "left out beside --scheduler", workers, advice)
         if overwrite:
             remove_sweep(folder)
-        try:
-            with _client(scheduler) as client:
-                result = run_sweep(design, folder, threads=workers, client=client)
-        except KeyboardInterrupt:
-            print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-            raise
+        with going_on_with(out), _client(scheduler) as client:
+            result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
     announce(report, lambda: _print(result), (), as_json=as_json)
 

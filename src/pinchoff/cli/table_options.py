@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -28,6 +29,23 @@ Constants = Annotated[
 ]
 
 
+def table_pairs(
+    columns: Sequence[str] | None, units: Sequence[str] | None, constants: Sequence[str] | None
+) -> dict[str, dict[str, str]]:
+    """Return what the options about a table say, as `import_collisions` takes it.
+
+    Raises
+    ------
+    InputError
+        What stands behind an option is no pair, or a name is given twice.
+    """
+    return {
+        "columns": read_pairs("--map", columns, "symmetry=S_meas"),
+        "units": read_pairs("--unit", units, "area=mm^2"),
+        "constants": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
+    }
+
+
 def imported(
     table: Path,
     columns: Sequence[str] | None,
@@ -43,18 +61,21 @@ def imported(
     """
     from pinchoff.collisions.importing import import_collisions
 
-    given = {
-        "--map": read_pairs("--map", columns, "symmetry=S_meas"),
-        "--unit": read_pairs("--unit", units, "area=mm^2"),
-        "--constant": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
-    }
-    how = dict(zip(("columns", "units", "constants"), given.values(), strict=True))
-    try:
+    how = table_pairs(columns, units, constants)
+    with named_as_table_options(how):
         return import_collisions(table, **how)
+
+
+@contextmanager
+def named_as_table_options(how: Mapping[str, Mapping[str, str]]) -> Iterator[None]:
+    """Let errors about what an option says name the option."""
+    try:
+        yield
     except InputError as error:
         name = error.argument.removeprefix("unit of ")
-        named = [flag for flag, pairs in given.items() if name in pairs]
-        flag = "--unit" if name != error.argument or name in given["--unit"] else "".join(named[:1])
+        flags = {"columns": "--map", "units": "--unit", "constants": "--constant"}
+        named = [flags[keyword] for keyword, pairs in how.items() if name in pairs]
+        flag = "--unit" if name != error.argument or name in how["units"] else "".join(named[:1])
         if not flag:
             raise
         raise error.renamed(f"{flag} {name}") from None

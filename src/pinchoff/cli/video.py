@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _EXPERIMENT = "Experiment, with units"
 _IMAGE = "Image"
+_CLIP = "Part of a clip"
 
 LABORATORY = {
     "obstacle_radius": ("obstacle_radius_um", "um"),
@@ -46,7 +47,8 @@ def video(
         Path | None, typer.Option(metavar="FILE.toml", help="Settings from a TOML file.")
     ] = None,
     pixel_size: Annotated[
-        str | None, _quantity("--pixel-size", "Side of a pixel", "5.28 um")
+        str | None,
+        _quantity("--pixel-size", "Side of a pixel, if the file does not say it", "5.28 um"),
     ] = None,
     fps: Annotated[
         str | None,
@@ -54,6 +56,28 @@ def video(
             metavar="NUMBER",
             help="Frames a second, in place of the times in the file.",
             rich_help_panel=_EXPERIMENT,
+        ),
+    ] = None,
+    frames: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RANGE", help="Frames that are measured, as 0:200:2.", rich_help_panel=_CLIP
+        ),
+    ] = None,
+    crop: Annotated[
+        str | None,
+        typer.Option(
+            metavar="PIXELS",
+            help="Part of the picture: left,top,width,height.",
+            rich_help_panel=_CLIP,
+        ),
+    ] = None,
+    channel: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="One of several channels, by name or number; or red, green or blue.",
+            rich_help_panel=_CLIP,
         ),
     ] = None,
     obstacle_radius: Annotated[
@@ -94,7 +118,7 @@ def video(
     ] = True,
     processes: Annotated[
         int | None,
-        typer.Option(metavar="NUMBER", help="Clips measured at the same time; one a core."),
+        typer.Option(metavar="NUMBER", help="How many work at the same time; one a core."),
     ] = None,
 ) -> None:
     """Measure droplets that meet obstacles in microscope videos.
@@ -126,12 +150,13 @@ def video(
         "contact_distance": contact_distance,
     }
     assigned = [*(assignments or []), *(["packed=true"] if packed else [])]
-    settings = video_settings(config, lengths, laboratory, fps, assigned)
+    settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
-    prepare_folder(folder)
     from pinchoff.figures.pages.video import write_report
-    from pinchoff.video.batch import measure_videos
+    from pinchoff.video.batch import clip_sources, measure_videos
 
+    _describe(clip_sources(clips), settings)
+    prepare_folder(folder)
     try:
         result = measure_videos(
             clips,
@@ -144,8 +169,8 @@ def video(
     except KeyboardInterrupt:
         print(f"stopped; the same command goes on with {out}", file=sys.stderr)
         raise
-    written = write_report(result)
-    _announce(result, written)
+    _tell_problems(result)
+    _announce(result, write_report(result))
 
 
 def video_settings(
@@ -154,13 +179,16 @@ def video_settings(
     laboratory: Mapping[str, str | None],
     fps: str | None,
     assignments: list[str],
+    part: tuple[str | None, str | None, str | None] = (None, None, None),
 ) -> VideoSettings:
     """Return what a file and the command line say together; the command line overrides.
+
+    `part` are frames, crop and channel.
 
     Raises
     ------
     InputError
-        A value is wrong, or the pixel's size is not given at all.
+        A value is wrong.
     """
     from pinchoff.support.files import read_toml
     from pinchoff.support.quantities import positive_magnitude_of
@@ -178,23 +206,52 @@ def video_settings(
             given[field] = positive_magnitude_of(flag_of(name), text, unit)
     if fps is not None:
         table["fps"] = read_value("--fps", fps)
+    frames, crop, channel = part
+    if crop is not None:
+        table["crop"] = read_value("--crop", f"[{crop}]")
+    table |= {k: v for k, v in (("frames", frames), ("channel", channel)) if v is not None}
     table |= read_values("--set", assignments, "edge_level=0.5")
-    if "pixel_size_um" not in table:
-        rule, advice = "given", "write it like '5.28 um'"
-        raise InputError.of("--pixel-size", rule, "nothing", advice)
     return VideoSettings(**table, laboratory=given)
 
 
-def _announce(result: VideoResult, written: list[Path]) -> None:
+def _describe(sources: Mapping[str, Path], settings: VideoSettings) -> None:
+    """Print scale and rate of every clip before the work starts.
+
+    Raises
+    ------
+    InputError
+        Nobody says how large a pixel is, neither the user nor any of the clips.
+    """
+    from pinchoff.video.scale import described
+
+    lines = described(sources, settings)
+    if settings.pixel_size_um is None and not lines and all(p.exists() for p in sources.values()):
+        rule, advice = "given where the files do not say it", "write it like '5.28 um'"
+        raise InputError.of("--pixel-size", rule, "nothing", advice)
+    for line in lines:
+        print(line)
+
+
+def _tell_problems(result: VideoResult) -> None:
+    """Print errors and warnings of the clips.
+
+    Raises
+    ------
+    InputError
+        None of them could be measured.
+    """
     for clip in result.clips:
         if clip.error:
             print(f"error: {clip.error}", file=sys.stderr)
         elif clip.result.get("warning"):
             print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
-    measured = [clip for clip in result.clips if not clip.error]
-    if not measured:
+    if all(clip.error for clip in result.clips):
         got = f"{len(result.clips)} with errors"
         raise InputError.of("CLIPS", "measurable", got, "see the errors above")
+
+
+def _announce(result: VideoResult, written: list[Path]) -> None:
+    measured = [clip for clip in result.clips if not clip.error]
     reused = sum(clip.reused for clip in measured)
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())

@@ -19,7 +19,8 @@ import numpy as np
 from pinchoff.collisions.columns import QUANTITIES, Place, find_columns
 from pinchoff.collisions.law import breakup_number
 from pinchoff.collisions.reading import read_table
-from pinchoff.collisions.schema import general_reason, measured_table, synthetic
+from pinchoff.collisions.reasons import OUTCOME_UNKNOWN, general_reason, not_measured
+from pinchoff.collisions.schema import measured_table, synthetic
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.quantities import capillary_number, magnitude_of
@@ -73,14 +74,14 @@ class ImportedCollisions:
 
     def messages(self) -> list[str]:
         """Say what was set aside and what was noticed, a line each."""
-        said = []
+        lines = []
         if len(self.set_aside):
             several = "; ".join(f"{reason} ({n})" for reason, n in self.reasons().items())
-            said.append(f"{len(self.set_aside)} of {self.count} rows are set aside: {several}")
+            lines.append(f"{len(self.set_aside)} of {self.count} rows are set aside: {several}")
         if self.duplicates:
             number = self.duplicates
-            said.append(f"{number} rows repeat others in every digit, and count all the same")
-        return said
+            lines.append(f"{number} rows repeat others in every digit, and count all the same")
+        return lines
 
     def warn(self, stacklevel: int = 2) -> None:
         """Warn of what `messages` says."""
@@ -119,6 +120,18 @@ def import_collisions(
     InputError
         The source cannot be read; a name or unit is wrong; there is no outcome, no symmetry, or
         nothing that gives Ca, Ã or z̃.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> table = pd.DataFrame({
+    ...     "S": [0.9, 0.3, 0.5], "broke": ["yes", "no", ""], "capillary_number": 0.0024,
+    ...     "area_mm2": 0.18, "radius": 85.0, "normalized_thickness": 1.0})
+    >>> found = import_collisions(
+    ...     table, columns={"symmetry": "S", "obstacle_radius": "radius"},
+    ...     units={"obstacle_radius": "um"})
+    >>> found.table["normalized_area"].round(1).tolist(), found.reasons()
+    ([24.9, 24.9], {'outcome not known': 1})
     """
     frame, name = _frame(source)
     places = find_columns(frame, columns or {}, units or {})
@@ -126,12 +139,12 @@ def import_collisions(
     checks = _Checks(frame, places)
     broke = checks.outcomes()
     checks.accepted()
-    for quantity, each in values.items():
-        checks.possible(quantity, each)
+    for quantity, column in values.items():
+        checks.possible(quantity, column)
     _derive(values)
     for quantity in _REQUIRED:
         checks.known(quantity, values[quantity])
-    table = _table(frame, places, values, broke, name, checks.fine)
+    table = _table(frame, places, values, broke, name, checks.kept)
     repeated = table.duplicated([*_REQUIRED, "broke", "source", "area_um2", "contact_time_s"])
     return ImportedCollisions(table, checks.set_aside(), len(frame), int(repeated.sum()))
 
@@ -205,11 +218,11 @@ def _constant(name: str, text: str) -> float:
 
 
 class _Checks:
-    """Which rows are fine so far, and of the others what is wrong."""
+    """Which rows are kept so far, and what is wrong with the others."""
 
     def __init__(self, frame: pd.DataFrame, places: Mapping[str, Place]) -> None:
         self._frame, self._places = frame, places
-        self.fine = np.ones(len(frame), dtype=bool)
+        self.kept = np.ones(len(frame), dtype=bool)
         self._found: list[tuple[NDArray[np.intp], str, Sequence[object], str]] = []
 
     def outcomes(self) -> Floats:
@@ -217,8 +230,8 @@ class _Checks:
         column = self._places["broke"].column
         broke, strange = _outcomes(self._frame[column])
         words = "broke is neither true or false, yes or no, nor 1 or 0"
-        self._set_aside(strange, column, self._shown(column), words)
-        self._set_aside(np.isnan(broke), column, self._shown(column), "outcome not known")
+        self._set_aside(strange, column, self._entries(column), words)
+        self._set_aside(np.isnan(broke), column, self._entries(column), OUTCOME_UNKNOWN)
         return broke
 
     def accepted(self) -> None:
@@ -227,11 +240,11 @@ class _Checks:
             return
         column = self._places["accepted"].column
         accepted, _ = _outcomes(self._frame[column])
-        reasons: Any = self._shown(column)
+        reasons: Any = self._entries(column)
         if "reject_reason" in self._places:
-            reasons = self._shown(self._places["reject_reason"].column)
-        for reason in dict.fromkeys(general_reason(str(each)) for each in reasons[accepted == 0]):
-            same = [general_reason(str(each)) == reason for each in reasons]
+            reasons = self._entries(self._places["reject_reason"].column)
+        for reason in dict.fromkeys(general_reason(str(text)) for text in reasons[accepted == 0]):
+            same = [general_reason(str(text)) == reason for text in reasons]
             where = (accepted == 0) & np.array(same)
             self._set_aside(where, column, reasons, f"rejected: {reason}".rstrip(": "))
 
@@ -244,10 +257,10 @@ class _Checks:
 
     def known(self, name: str, values: Floats) -> None:
         """Set aside rows without a number that is needed."""
-        self._set_aside(np.isnan(values), name, values, f"{name} not measured")
+        self._set_aside(np.isnan(values), name, values, not_measured(name))
 
     def set_aside(self) -> pd.DataFrame:
-        """Return the rows that are not fine, in their order."""
+        """Return the rows that are not kept, in their order."""
         import pandas as pd
 
         lines = [
@@ -258,13 +271,13 @@ class _Checks:
         frame = pd.DataFrame(lines, columns=["row", "column", "value", "reason"])
         return frame.sort_values("row", ignore_index=True)
 
-    def _shown(self, column: str) -> NDArray[Any]:
+    def _entries(self, column: str) -> NDArray[Any]:
         return self._frame[column].to_numpy(dtype=object, na_value="")
 
     def _set_aside(self, which: NDArray[np.bool_], column: str, values: Any, reason: str) -> None:
-        fresh = np.flatnonzero(self.fine & which)
+        fresh = np.flatnonzero(self.kept & which)
         if len(fresh):
-            self.fine[fresh] = False
+            self.kept[fresh] = False
             self._found.append((fresh, column, values, reason))
 
 
@@ -301,10 +314,10 @@ def _derive(values: dict[str, Floats]) -> None:
         ("normalized_area", ("area", "obstacle_radius"), lambda area, radius: area / radius**2),
         ("normalized_thickness", ("thickness", "obstacle_radius"), np.divide),
     ):
-        if all(each in values for each in needed):
-            _fill(values, name, formula(*(values[each] for each in needed)))
+        if all(column in values for column in needed):
+            _fill(values, name, formula(*(values[column] for column in needed)))
         elif name not in values:
-            missing = [each for each in needed if each not in values]
+            missing = [column for column in needed if column not in values]
             rule = f"a column, or follow from {', '.join(needed)}"
             advice = "say which columns they are, or give what is the same in all rows"
             raise InputError.of(name, rule, f"no {' and no '.join(missing)}", advice)
@@ -323,16 +336,16 @@ def _table(
     values: Mapping[str, Floats],
     broke: Floats,
     name: str,
-    fine: NDArray[np.bool_],
+    kept: NDArray[np.bool_],
 ) -> pd.DataFrame:
-    """Return the rows that are fine, in our form."""
+    """Return the rows that are kept, in our form."""
     columns: dict[str, NDArray[Any]] = {
-        QUANTITIES[quantity].column: each[fine] for quantity, each in values.items()
+        QUANTITIES[quantity].column: column[kept] for quantity, column in values.items()
     }
-    columns["broke"] = broke[fine] > 0
-    columns["source"] = np.full(int(fine.sum()), name, dtype=object)
+    columns["broke"] = broke[kept] > 0
+    columns["source"] = np.full(int(kept.sum()), name, dtype=object)
     if "source" in places:
-        columns["source"] = frame[places["source"].column].to_numpy(dtype=object)[fine]
-    columns["collision_id"] = np.flatnonzero(fine)
-    columns["breakup_number"] = breakup_number(*(columns[each] for each in _BK))
+        columns["source"] = frame[places["source"].column].to_numpy(dtype=object)[kept]
+    columns["collision_id"] = np.flatnonzero(kept)
+    columns["breakup_number"] = breakup_number(*(columns[group] for group in _BK))
     return measured_table(columns)

@@ -19,6 +19,12 @@ class Line(NamedTuple):
     ----------
     alpha, beta : float
         Prefactor and exponent, both dimensionless.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> round(float(po.breakup_number(0.0024, 25, 1.0, line=po.Line(0.083, -0.74))), 2)
+    1.73
     """
 
     alpha: float
@@ -117,6 +123,11 @@ def as_line(line: LineLike) -> Line:
     ------
     InputError
         It is none of these.
+
+    Examples
+    --------
+    >>> as_line("paper-experiment")
+    Line(alpha=0.083, beta=-0.74)
     """
     if isinstance(line, str):
         if line not in LINES:
@@ -139,6 +150,11 @@ def breakup_probability(breakup_number: ArrayLike, width: float) -> NDArray[np.f
         Bk, dimensionless.
     width : float
         w, dimensionless and positive.
+
+    Examples
+    --------
+    >>> breakup_probability([0.9, 1.0, 1.1], 0.098).round(2).tolist()
+    [0.25, 0.5, 0.73]
     """
     with np.errstate(divide="ignore"):
         log_x = np.log(np.asarray(breakup_number, dtype=np.float64)) / width
@@ -149,6 +165,11 @@ def transition_factor(width: float, low: float = 0.05, high: float = 0.95) -> fl
     """Return the factor in Bk over which the probability of break-up grows from low to high.
 
     It is (high/(1 - high) (1 - low)/low)^w; 1.78 for the paper's w = 0.098, from 5 % to 95 %.
+
+    Examples
+    --------
+    >>> round(transition_factor(0.098), 2)
+    1.78
     """
     odds = high / (1.0 - high) * (1.0 - low) / low
     return float(odds**width)

@@ -203,6 +203,15 @@ def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:
     ------
     InputError
         There is none, or it is not a collisions table.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     done = po.sweep({"vary": {"offset": [0, 0.4]}, "time_limit": 3}, folder)
+    ...     read_collisions(done.path)["offset"].tolist()
+    [0.0, 0.4]
     """
     dataset = open_collisions(path)
     frame: pd.DataFrame = dataset.to_table().to_pandas()

@@ -151,7 +151,13 @@ SYNTHETIC = "synthetic"
 
 
 def units() -> dict[str, str]:
-    """Return the unit of every column, by name."""
+    """Return the unit of every column, by name.
+
+    Examples
+    --------
+    >>> units()["contact_time"], units()["area_um2"]
+    ('t0', 'µm²')
+    """
     return {column.name: column.unit for column in COLUMNS}
 
 
@@ -192,6 +198,12 @@ def measured_table(
     -------
     DataFrame
         With the units in ``attrs["units"]``.
+
+    Examples
+    --------
+    >>> table = measured_table({"source": np.array(["notebook"]), "symmetry": np.array([0.8])})
+    >>> table["symmetry"].tolist(), table["capillary_number"].isna().tolist()
+    ([0.8], [True])
     """
     count = len(columns["source"])
     unsaid = {"bool": True, "str": "", "boolean": None, "float64": math.nan}
@@ -223,9 +235,3 @@ def pandas_type(column: Column) -> Any:
 def synthetic(frame: pd.DataFrame) -> bool:
     """Return whether rows of a table were drawn rather than simulated or measured."""
     return bool(frame["source"].str.startswith(SYNTHETIC).any())
-
-
-def general_reason(reason: str) -> str:
-    """Leave the measured value out of a reason: '<rule>; got <value>; <advice>'."""
-    rule, got, rest = reason.partition("; got ")
-    return f"{rule}; {rest.rpartition('; ')[2]}" if got else rule

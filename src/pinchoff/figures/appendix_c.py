@@ -30,7 +30,7 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
     Parameters
     ----------
     boundary : Boundary
-        With several values of the line tension and of the simulation capillary number.
+        It must have several line tensions and several simulation capillary numbers.
     axes : sequence of 2 Axes, optional
         Where to draw; by default a new figure across one column, one panel above the other.
 
@@ -41,7 +41,7 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
     Raises
     ------
     InputError
-        As `collapse_spread`.
+        No two line tensions have a critical symmetry at the same capillary number.
     """
     rows = boundary.found
     spread = collapse_spread(rows)
@@ -80,7 +80,7 @@ def _spread_text(spread: Spread) -> str:
 def _draw_points(
     axes: Axes, k: int, x: pd.Series, symmetry: pd.Series, look: dict[str, Any]
 ) -> None:
-    # Ever smaller, so that points in one place are all seen.
+    # Each further series has smaller marks, so that marks in one place are all seen.
     size = max(7.5 - 1.5 * k, 1.5)
     mark = style.MARKERS[k % len(style.MARKERS)]
     axes.plot(x, symmetry, ls="none", marker=mark, ms=size, mew=0.9, mfc="none", **look)

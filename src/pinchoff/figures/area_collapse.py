@@ -16,7 +16,7 @@ from pinchoff.support.numerals import numeral
 if TYPE_CHECKING:
     import pandas as pd
 
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
 
@@ -26,7 +26,7 @@ def area_collapse(boundary: Boundary, axes: Sequence[Axes] | None = None) -> lis
     Parameters
     ----------
     boundary : Boundary
-        With several values of the size ratio and of the simulation capillary number.
+        It must have several size ratios and several simulation capillary numbers.
     axes : sequence of 2 Axes, optional
         Where to draw; by default a new figure across two columns.
 
@@ -37,7 +37,7 @@ def area_collapse(boundary: Boundary, axes: Sequence[Axes] | None = None) -> lis
     Raises
     ------
     InputError
-        The boundary does not decide the exponent of Ã.
+        The boundary has too few points to fit the exponent of Ã.
     """
     fits = [boundary.fit(), boundary.fit(free_area=True)]
     with style.journal_style():

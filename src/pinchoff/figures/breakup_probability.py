@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _DATA, _LAW, _STEP = palette.BLACK, palette.BLUE, palette.ORANGE
 _NEAR = (0.3, 3.0)  # Bk of the inset
 _PER_DECADE, _PER_DECADE_NEAR = 6, 20
-_LOWEST = 1e-6  # Bk; so small a droplet has grazed the obstacle
+_LOWEST = 1e-6  # Bk; below this the droplet has only grazed the obstacle
 _FEWEST = 40  # collisions in a bin: bins with fewer are joined
 
 
@@ -34,13 +34,21 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
     table : DataFrame
         Checked collisions.
     fit : LawFit
-        Which gives Bk and the sigmoid.
+        The fitted law: it gives Bk and the sigmoid curve.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
     Returns
     -------
     Axes
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collisions = po.import_collisions(po.virtual_experiment(1, 400, symmetry_noise=0))
+    >>> axes = breakup_probability(collisions.table, po.fit_law(collisions))
+    >>> axes.get_xlabel()
+    'breakup number Bk'
     """
     seen = table[table["symmetry"] > 0]
     number = fit.breakup_number(seen)

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 _LABELS = {
     "edge_stiffness": r"edge stiffness $\tilde{k}_l$",
     "neck_separation": "arc threshold",
-    "neck_thickness": "neck thickness / $D_0$",
+    "neck_thickness": "neck thickness ($D_0$)",
     "line_tension": r"line tension $\tilde{\gamma}$",
 }
 _START = palette.VERMILION
 _BEST = palette.BLUE
-_LOW = 0.08  # of S: from here on down ticks by decades
+_LOW = 0.08  # S: an axis that begins lower gets few ticks
 _FEW_TICKS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 
@@ -43,7 +43,7 @@ def objective_landscape(
     label : str, optional
         What the objective is.
     unit : str, optional
-        Of the arc threshold, such as "of the perimeter".
+        Unit of the arc threshold, such as "(perimeter)".
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -86,7 +86,7 @@ def objective_landscape(
 def calibrated_line(calibration: Calibration, axes: Axes | None = None) -> Axes:
     """Draw S_c of the base and of the best set against Ca Ã z̃, with the target.
 
-    Points above S = 1 are places where not even a head-on droplet breaks.
+    A point above S = 1 means that not even a head-on droplet breaks there.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def chamber_design(
     with style.journal_style():
         if axes is None:
             axes = _wide_panel(layout.outline.bounds, len(violations))
-        # As artists, for which no limits are worked out point by point: the chip's are set below.
+        # Artists, not patches, whose limits matplotlib would compute point by point.
         for name, shape in layout.regions.items():
             color = REGION_LOOK[name][0]
             axes.add_artist(shape_patch(shape, facecolor=color, edgecolor="0.25", lw=_RIM))

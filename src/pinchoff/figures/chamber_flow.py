@@ -1,4 +1,4 @@
-"""The computed flow of the device, and what it makes of a collision."""
+"""The computed flow of the device, and a collision in that flow."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ STOKES = palette.BLUE
 
 _NODES = 1100  # along the longer side of a map of speeds
 _CLOSE_PITCHES = 2.1  # width of the close-up
-_FASTEST = 2.0  # of the imaging area's mean: faster fluid has the last colour
+_FASTEST = 2.0  # times the mean speed of the imaging area: faster fluid has the last colour
 _MOMENTS = 5
 _LEAST_POINTS = 3  # of a line that is fitted
 
@@ -72,7 +72,7 @@ def flow_comparison(compared: FlowComparison) -> list[Axes]:
         The two collisions, the speed beside the obstacle and the separating lines.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 4.6), layout="constrained")
+        figure = Figure(figsize=(style.TWO_COLUMNS, 4.9), layout="constrained")
         panels = figure.subplot_mosaic(
             [["chamber", "stokes"], ["profile", "line"]], height_ratios=[1.0, 1.45]
         )
@@ -186,19 +186,29 @@ def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
         (stokes(radius), STOKES, "Stokes"),
     )
     for flow, color, name in flows:
-        axes.plot(flow.velocity(points)[:, 0], y / radius, color=color, label=f"{name}, $x=0$")
+        axes.plot(
+            flow.velocity(points)[:, 0], y / radius, color=color, label=f"{name}, beside ($x=0$)"
+        )
         ahead = np.column_stack([-y, np.zeros_like(y)])
         axes.plot(
             *(flow.velocity(ahead)[:, 0], y / radius),
             color=color,
             ls=(0, (3, 1.5)),
-            label=f"{name}, $y=0$",
+            label=f"{name}, before ($y=0$)",
         )
     axes.axhspan(0, 1, color=palette.OBSTACLE, alpha=0.25, lw=0)
     axes.set(xlabel="velocity along $x$ ($v_{f\\infty}$)", ylabel="distance from the centre ($R$)")
     axes.set(ylim=(0, 1.4 / radius))
+    axes.text(
+        0.98,
+        0.5 / axes.get_ylim()[1],
+        "obstacle",
+        transform=axes.transAxes,
+        ha="right",
+        va="center",
+    )
     axes.set_title("(c) beside and before the obstacle", loc="left", fontsize=7.5)
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, columnspacing=1.0)
 
 
 def _draw_lines(axes: Axes, compared: FlowComparison) -> None:
@@ -214,8 +224,8 @@ def _draw_lines(axes: Axes, compared: FlowComparison) -> None:
         if len(found) >= _LEAST_POINTS:
             fit = line.fit()
             wide = np.geomspace(*fit.control_range, 50)
-            axes.plot(wide, fit.symmetry(wide)[0], color=color, lw=0.8)
-            label = rf"{name}: {fit.alpha.value:.3f} $x^{{{fit.beta.value:.2f}}}$"
+            axes.plot(wide, fit.symmetry(wide)[0], color=color, lw=0.8)  # named by its points
+            label = rf"{name}; line: {fit.alpha.value:.3f} $x^{{{fit.beta.value:.2f}}}$"
         axes.plot(
             *(found["control_parameter"], found["critical_symmetry"]),
             ls="none",

@@ -1,4 +1,4 @@
-"""Why β is near -3/4: collisions on the separating line share the height of the smaller part."""
+"""Why β is near -3/4: on the separating line the smaller parts of all droplets are equally high."""
 
 from __future__ import annotations
 
@@ -10,18 +10,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
-from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
-from pinchoff.collisions.segments import (
+from pinchoff.collisions.circle_segments import (
     SMALL_SEGMENT_EXPONENT,
     height_of_symmetry,
     local_exponent,
     segment_area,
 )
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, LineLike, as_line
 from pinchoff.figures import style
 from pinchoff.support import palette
 from pinchoff.support.numerals import numeral
 
 _OBSTACLE = 0.45  # radius, of the smaller droplet's diameter
+_APART = 2.0  # of the two obstacles, in that diameter
 
 
 def constant_height(
@@ -47,6 +48,12 @@ def constant_height(
     Returns
     -------
     list of 2 Axes
+
+    Examples
+    --------
+    >>> construction, exponent = constant_height("paper-rounded")
+    >>> exponent.get_xlabel()
+    '$h/D$'
     """
     beta = as_line(line).beta
     with style.journal_style():
@@ -60,30 +67,26 @@ def constant_height(
 
 def _draw_construction(axes: Axes, beta: float, small_symmetry: float) -> None:
     heights, areas = [], []
-    axes.add_patch(Circle((0, 0), _OBSTACLE, color=palette.OBSTACLE, zorder=4))
-    for diameter in (2.0, 1.0):
+    for diameter, place in ((2.0, -_APART), (1.0, 0.0)):
+        axes.add_patch(Circle((place, 0), _OBSTACLE, color=palette.OBSTACLE, zorder=4))
         symmetry = small_symmetry * (diameter**2) ** beta
         height = diameter * height_of_symmetry(symmetry)
         heights.append(height)
         areas.append(float(segment_area(height, diameter)))
-        _draw_droplet(axes, diameter, height)
+        _draw_droplet(axes, diameter, height, place)
     axes.axhline(0.0, color=palette.CENTRELINE, ls=(0, (4, 2)), lw=0.9, zorder=5)
     axes.set_aspect("equal")
-    axes.set_xlim(-2.7, 0.6)
+    axes.set_xlim(-_APART - 2.35, 0.6)
     axes.set_ylim(-0.62, 1.75)
     axes.set_axis_off()
-    axes.set_title(
-        f"$h$ = {heights[1]:.3f} and {heights[0]:.3f} $D$;  "
-        f"yellow areas 1 : {areas[0] / areas[1]:.2f}",
-        loc="left",
-        fontsize=7,
-    )
+    text = f"heights $h$ = {heights[1]:.3f} and {heights[0]:.3f} of the small diameter"
+    axes.set_title(f"{text}\nyellow areas 1 : {areas[0] / areas[1]:.2f}", loc="left", fontsize=7)
 
 
-def _draw_droplet(axes: Axes, diameter: float, height: float) -> None:
-    """Draw a circle that touches the obstacle, its part below the centreline in yellow."""
+def _draw_droplet(axes: Axes, diameter: float, height: float, place: float) -> None:
+    """Draw a circle that touches the obstacle at x = place, its smaller part in yellow."""
     y = 0.5 * diameter - height
-    x = -np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
+    x = place - np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
     circle = Circle((x, y), 0.5 * diameter, fc=palette.DROPLET, ec="none", alpha=0.55, zorder=1)
     rim = Circle((x, y), 0.5 * diameter, fc="none", ec=palette.DROPLET_RIM, lw=1, zorder=3)
     below = Polygon(
@@ -99,7 +102,7 @@ def _draw_droplet(axes: Axes, diameter: float, height: float) -> None:
     axes.add_patch(rim)
     arrow = {"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (x, -height), (x, 0), arrowprops=arrow, zorder=6)
-    axes.text(x - 0.04, -0.5 * height, "$h$", ha="right", va="center", zorder=6)
+    axes.text(x + 0.05, -0.5 * height, "$h$", ha="left", va="center", zorder=6)
 
 
 def _draw_exponent(axes: Axes, beta: float) -> None:
@@ -111,6 +114,7 @@ def _draw_exponent(axes: Axes, beta: float) -> None:
         beta, color=palette.VERMILION, ls="--", label=f"separating line: {numeral(beta, '.3f')}"
     )
     axes.set_xlim(0, 0.5)
+    axes.set_ylim(bottom=min(beta, limit) - 0.012)
     axes.set_xlabel("$h/D$")
     axes.set_ylabel(r"$\mathrm{d}\ln S/\mathrm{d}\ln A$")
     axes.legend()

@@ -1,4 +1,4 @@
-"""What is measured on an outline, drawn on a real run: vertices and neck, and the symmetry."""
+"""Two drawings of what is measured on an outline: the neck between vertices, and the symmetry."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
 from pinchoff.figures import style
-from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
+from pinchoff.figures.scene import Window, draw_chamber, draw_droplets, smooth_outline
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.model.gsd import Floats
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
+    from pinchoff.model.results import Collision
 
 _LARGE, _SMALL = palette.SKY, palette.YELLOW
 _ARC = palette.GREEN
-_MARGIN = 0.12  # round what is shown [D0]
+_MARGIN = 0.12  # between what is shown and the edge of the picture [D0]
+_LABEL = 0.09  # from a curve to its name [D0]
 _FAR = 50.0  # beyond everything that is drawn [D0]
 
 
@@ -33,7 +34,7 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
     Parameters
     ----------
     collision : Collision
-        In which the droplet breaks, with its outlines.
+        The droplet must break in it, and it must have outlines.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -63,8 +64,11 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
         label = f"$r_{{ij}}$ = $d_\\mathrm{{neck}}$ = {length:.3f} $D_0$"
         axes.plot(*vertices[[i, j]].T, color=palette.NECK, lw=1.8, zorder=3.6, label=label)
         middle = arc[len(arc) // 2]
-        axes.annotate("$s_{ij}$", middle, xytext=(4, 4), textcoords="offset points", color=_ARC)
-        axes.annotate("$R$", tuple(outlines.obstacles[0, :2]), color="white", ha="center", zorder=5)
+        outwards = middle - arc.mean(axis=0)
+        place = middle + _LABEL * outwards / np.hypot(*outwards)
+        axes.annotate("$s_{ij}$", place, ha="center", va="center", color=_ARC, zorder=6)
+        centre = tuple(outlines.obstacles[0, :2])
+        axes.annotate("$R$", centre, color="white", ha="center", va="center", zorder=5)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=2)
         axes.set_title(f"$N_v$ = {len(vertices)} vertices", loc="left")
         return axes
@@ -76,7 +80,7 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     Parameters
     ----------
     collision : Collision
-        In which the droplet touches the obstacle, with its outlines.
+        The droplet must touch the obstacle, and the collision must have outlines.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -88,7 +92,8 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     frame = int(np.argmin(np.abs(outlines.times - collision.contact_time)))
     droplet = outlines[frame][0]
     centre = outlines.obstacles[0, :2]
-    velocity = droplet.velocities.mean(axis=0)  # of the mass, which sits on the vertices
+    # velocity of the centre of mass: all mass sits on the vertices
+    velocity = droplet.velocities.mean(axis=0)
     along = velocity / np.hypot(*velocity)
     across = np.array([-along[1], along[0]])
     above = (droplet.vertices.mean(axis=0) - centre) @ across > 0
@@ -170,7 +175,8 @@ def _shade(
     )
     half.set_label(label)
     axes.add_patch(half)
-    half.set_clip_path(PathPatch(Path(outline), transform=axes.transData))
-    rim = LineCollection([np.concatenate([outline, outline[:1]])], color=palette.DROPLET_RIM, lw=1)
+    half.set_clip_path(PathPatch(Path(smooth_outline(outline)), transform=axes.transData))
+    curve = smooth_outline(outline)
+    rim = LineCollection([np.concatenate([curve, curve[:1]])], color=palette.DROPLET_RIM, lw=1)
     rim.set_zorder(3)
     axes.add_collection(rim)

@@ -19,8 +19,9 @@ MOST_PICTURES = 600
 """Collisions on one sheet; of more, the first ones."""
 
 _COLUMNS = 4
-_LABEL_HEIGHT = 20  # pixels below each picture
-_GAP = 6
+_LINE_HEIGHT = 16  # of a label, pixels
+_FONT, _FONT_SCALE = cv2.FONT_HERSHEY_SIMPLEX, 0.38
+_GAP = 8
 
 
 class Picture(NamedTuple):
@@ -66,19 +67,36 @@ def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture
 
 
 def _labelled(tile: Pixels, label: str) -> Pixels:
-    strip = np.full((_LABEL_HEIGHT, tile.shape[1], 3), 255, dtype=np.uint8)
-    place = (2, _LABEL_HEIGHT - 6)
-    cv2.putText(strip, label, place, cv2.FONT_HERSHEY_SIMPLEX, 0.38, (0, 0, 0), 1, cv2.LINE_AA)
+    """Return a picture with its label below, on as many lines as it takes."""
+    lines = _wrapped(label, tile.shape[1] - 4)
+    strip = np.full((_LINE_HEIGHT * len(lines) + 4, tile.shape[1], 3), 255, dtype=np.uint8)
+    for k, line in enumerate(lines):
+        place = (2, (k + 1) * _LINE_HEIGHT - 4)
+        cv2.putText(strip, line, place, _FONT, _FONT_SCALE, (0, 0, 0), 1, cv2.LINE_AA)
     return np.vstack([tile, strip])
 
 
+def _wrapped(label: str, width: int) -> list[str]:
+    lines = [""]
+    for word in label.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and cv2.getTextSize(longer, _FONT, _FONT_SCALE, 1)[0][0] > width:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
+
+
 def _joined(tiles: Sequence[Pixels]) -> Pixels:
-    height = max(tile.shape[0] for tile in tiles) + _GAP
     width = max(tile.shape[1] for tile in tiles) + _GAP
     columns = min(_COLUMNS, len(tiles))
-    rows = -(-len(tiles) // columns)
-    sheet = np.full((rows * height + _GAP, columns * width + _GAP, 3), 255, dtype=np.uint8)
-    for k, tile in enumerate(tiles):
-        top, left = _GAP + k // columns * height, _GAP + k % columns * width
-        sheet[top : top + tile.shape[0], left : left + tile.shape[1]] = tile
-    return sheet
+    bands = []
+    for first in range(0, len(tiles), columns):
+        row = tiles[first : first + columns]
+        height = max(tile.shape[0] for tile in row) + _GAP
+        band = np.full((height, columns * width + _GAP, 3), 255, dtype=np.uint8)
+        for k, tile in enumerate(row):
+            left = _GAP + k * width
+            band[_GAP : _GAP + tile.shape[0], left : left + tile.shape[1]] = tile
+        bands.append(band)
+    return np.vstack(bands)

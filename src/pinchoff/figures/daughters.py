@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pinchoff.collisions.circle_segments import area_ratio_bound
 from pinchoff.collisions.schema import synthetic
-from pinchoff.collisions.segments import area_ratio_bound
 from pinchoff.figures import style
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError

@@ -13,7 +13,7 @@ from pinchoff.figures import style
 from pinchoff.support import palette
 from pinchoff.support.numerals import numeral
 from pinchoff.video.overlay import rgb_of
-from pinchoff.video.reading import Clip
+from pinchoff.video.scale import clip_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,7 +30,7 @@ def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> No
 
 
 def compared(comparison: Comparison) -> list[Axes]:
-    """Draw six frames with the simulated outline in red, and y(x) and 𝒜(x) of both.
+    """Draw six frames with the simulated outline in red, y(x) and 𝒜(x) of both, and their lag.
 
     Parameters
     ----------
@@ -39,21 +39,24 @@ def compared(comparison: Comparison) -> list[Axes]:
     Returns
     -------
     list of Axes
-        Of a new figure across two columns: the frames, then y(x) and 𝒜(x).
+        Of a new figure across two columns: the frames, then y(x), 𝒜(x) and how far the simulated
+        droplet is ahead of the filmed one at equal times.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 5.6), layout="constrained")
-        grid = figure.add_gridspec(3, _PANELS, height_ratios=(1.15, 1.0, 1.0))
+        figure = Figure(figsize=(style.TWO_COLUMNS, 6.6), layout="constrained")
+        grid = figure.add_gridspec(4, _PANELS, height_ratios=(1.15, 1.0, 1.0, 0.7))
         shown = _shown(comparison)
         chosen = shown[np.unique(np.linspace(0, len(shown) - 1, _PANELS).round().astype(int))]
         images = _images(comparison, {int(comparison.frames[k]) for k in chosen})
         frames = [figure.add_subplot(grid[0, column]) for column in range(len(chosen))]
         for panel, k in zip(frames, chosen.tolist(), strict=True):
             _draw_frame(panel, comparison, k, images)
-        path, shape = (figure.add_subplot(grid[row, :]) for row in (1, 2))
+        path = figure.add_subplot(grid[1, :])
+        shape, lag = (figure.add_subplot(grid[row, :], sharex=path) for row in (2, 3))
         _draw_path(path, comparison)
         _draw_shape(shape, comparison)
-        return [*frames, path, shape]
+        _draw_lag(lag, comparison)
+        return [*frames, path, shape, lag]
 
 
 def _shown(comparison: Comparison) -> NDArray[np.intp]:
@@ -65,7 +68,7 @@ def _shown(comparison: Comparison) -> NDArray[np.intp]:
 
 def _images(comparison: Comparison, wanted: set[int]) -> dict[int, tuple[float, NDArray[np.uint8]]]:
     found = {}
-    for frame in Clip(comparison.source).frames():
+    for frame in clip_of(comparison.source, comparison.settings).frames():
         if frame.number in wanted:
             found[frame.number] = (frame.time_s, rgb_of(frame))
         if len(found) == len(wanted):
@@ -94,7 +97,7 @@ def _draw_frame(
 def _draw_path(axes: Axes, comparison: Comparison) -> None:
     axes.plot(*comparison.simulated.T, color=palette.SIMULATED, label="simulation")
     axes.plot(*comparison.filmed.T, "o", ms=2.5, color=palette.INK, label="film")
-    axes.set(xlabel="$x_{CM}$ [µm]", ylabel="$y_{CM}$ [µm]")
+    axes.set(ylabel=r"$y_\mathrm{CM}$ (µm)")
     axes.set_title(f"root mean square distance {comparison.position_rms_um:.1f} µm", loc="right")
     axes.legend()
 
@@ -102,5 +105,13 @@ def _draw_path(axes: Axes, comparison: Comparison) -> None:
 def _draw_shape(axes: Axes, comparison: Comparison) -> None:
     axes.plot(comparison.simulated[:, 0], comparison.simulated_shape, color=palette.SIMULATED)
     axes.plot(comparison.filmed[:, 0], comparison.filmed_shape, "o", ms=2.5, color=palette.INK)
-    axes.set(xlabel="$x_{CM}$ [µm]", ylabel=r"shape parameter $\mathcal{A}$")
+    axes.set(ylabel=r"shape parameter $\mathcal{A}$")
     axes.set_title(f"root mean square difference {comparison.shape_rms:.3f}", loc="right")
+
+
+def _draw_lag(axes: Axes, comparison: Comparison) -> None:
+    """Draw what curves over the place hide: that one of the two is there earlier."""
+    ahead = comparison.simulated[:, 0] - comparison.filmed[:, 0]
+    axes.plot(comparison.filmed[:, 0], ahead, color=palette.SIMULATED)
+    axes.axhline(0.0, color="0.6", lw=0.6, ls=":", zorder=0)
+    axes.set(xlabel=r"$x_\mathrm{CM}$ (µm)", ylabel="simulation\nahead (µm)")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,7 +17,6 @@ from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
-    from pinchoff.support.progress import Show
 
 _PIXELS = (960, 540)  # both even, as yuv420p needs
 _DOTS_PER_INCH = 160
@@ -30,7 +29,7 @@ def write_movie(
     path: str | os.PathLike[str],
     outlines: Outlines,
     fps: int = 30,
-    progress: Show | None = None,
+    progress: Callable[[int, int], object] | None = None,
 ) -> None:
     """Film a run as H.264 (yuv420p, 960 by 540 pixels) in an MP4 file.
 
@@ -45,7 +44,7 @@ def write_movie(
     fps : int
         Frames of the outlines per second of film.
     progress : callable, optional
-        Called after every frame with the share of the film that is done, in frames of the run.
+        Called after every frame with the frames done and the frames in all.
 
     Raises
     ------
@@ -63,11 +62,11 @@ def write_movie(
         for done, pixels in enumerate(_drawn(outlines, frames, window), start=1):
             film.append(pixels)
             if progress is not None:
-                progress(done * len(outlines) / len(frames))
+                progress(done, len(frames))
 
 
 def _window(outlines: Outlines) -> Window:
-    """Return a window round the obstacles, or round all that happens where there are none."""
+    """Return a window about the obstacles, or about the whole run where it has none."""
     if len(outlines.obstacles):
         centres, radii = outlines.obstacles[:, :2], outlines.obstacles[:, 2:]
         low = (centres - radii).min(axis=0) - _REACH

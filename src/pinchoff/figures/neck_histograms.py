@@ -1,4 +1,4 @@
-"""How thin necks get, of droplets that break and that do not, and what a camera sees of it."""
+"""The thinnest necks of droplets that break and that do not, and what a camera sees of them."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
 from pinchoff.figures.phase_diagram import OUTCOMES
 from pinchoff.studies.necks import ThinningHistory, last_frame_necks
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 FRAME_RATES = (30.0, 60.0, 240.0, 1000.0)
 """Cameras that are compared, frames/s; the paper's makes 60."""
 
-_PAPER_LIMIT_UM = 80.3  # 0.167 of the median diameter of droplets that broke
+_PAPER_LIMIT_UM = paper.NECK_THICKNESS * paper.MEDIAN_DIAMETER_UM
 _BINS = 40
 
 
@@ -35,7 +36,7 @@ def neck_histograms(
     table : DataFrame
         Checked collisions with ``neck_um``, or else ``neck_thickness`` in D0.
     history : ThinningHistory, optional
-        Of a droplet that breaks; without it there is one panel only.
+        How the neck of one droplet thins until it breaks. Without it only one panel is drawn.
     axes : sequence of Axes, optional
         Where to draw, one or two; by default a new figure.
 
@@ -66,12 +67,17 @@ def neck_histograms(
         edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()
         for kind, color, label in reversed(OUTCOMES):
             values = necks[measured & (broke == kind)]
+            if len(values) and np.ptp(values) < edges[1] and unit != "µm":
+                # Simulated droplets are cut at one thickness: a line, not one tall bar.
+                text = f"{label}: {len(values):,}, all at {np.median(values):.3f} {unit}"
+                axes[0].axvline(float(np.median(values)), color=color, lw=1.6, label=text)
+                continue
             text = f"{label}: {len(values):,}"
             axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
         if unit == "µm":
-            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:g} µm"
+            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
             axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
-        axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ / {unit}")
+        axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
         axes[0].set_ylabel("collisions")
         axes[0].legend()
         if history is not None:
@@ -88,7 +94,7 @@ def _draw_cameras(axes: Axes, history: ThinningHistory) -> None:
         share = (np.arange(len(necks)) + 0.5) / len(necks)
         axes.plot(necks, share, color=color, label=f"{rate:g} frames/s")
     axes.set_ylim(0, 1.02)
-    axes.set_xlabel(r"neck in the last frame before the break-up / µm")
+    axes.set_xlabel("neck in the last frame before the break-up (µm)")
     axes.set_ylabel("share of films with a thinner one")
     axes.set_title("one neck, any phase of the camera", loc="right", fontsize=7)
     axes.legend(loc="lower right")

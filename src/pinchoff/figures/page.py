@@ -11,6 +11,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
@@ -22,8 +23,9 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
-_SHORT = 26  # letters of a cell that is not broken into lines
+_SHORT = 26  # letters: a cell this short is kept on one line
 _SCREEN_DOTS_PER_INCH = 96
+_ENLARGED = 'class="picture" href="#"'
 
 
 class Page:
@@ -53,6 +55,17 @@ class Page:
     def paragraph(self, text: str) -> None:
         """Add a paragraph of plain text."""
         self._body.append(f"<p>{escape(text)}</p>")
+
+    def link(self, text: str, target: str) -> None:
+        """Add a link to a file in the folder of the page.
+
+        Parameters
+        ----------
+        text : str
+        target : str
+            Name of the file.
+        """
+        self._body.append(f'<p><a href="{escape(quote(target))}">{escape(text)}</a></p>')
 
     def table(
         self, columns: Sequence[str], rows: Iterable[Sequence[object]], caption: str = ""
@@ -103,9 +116,12 @@ class Page:
         """
         self._body.append(_figure(picture, caption))
 
-    def gallery(self, pictures: Iterable[tuple[Picture, str]]) -> None:
-        """Add small pictures side by side, each with a caption; as in `figure`."""
-        figures = "\n".join(_figure(picture, caption) for picture, caption in pictures)
+    def gallery(self, pictures: Iterable[tuple[Picture, str] | tuple[Picture, str, str]]) -> None:
+        """Add small pictures side by side, each with a caption; as in `figure`.
+
+        Where a third value is given and not empty, it is the address of what the picture opens.
+        """
+        figures = "\n".join(_figure(*each) for each in pictures)
         self._body.append(f'<div class="gallery">\n{figures}\n</div>')
 
     def write(self, path: str | os.PathLike[str]) -> None:
@@ -151,7 +167,7 @@ def _resource(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def _figure(picture: Picture, caption: str) -> str:
+def _figure(picture: Picture, caption: str, opens: str = "") -> str:
     data = _bytes(picture)
     media = next((kind for mark, kind in _MEDIA.items() if data.startswith(mark)), None)
     if media is None:
@@ -159,8 +175,9 @@ def _figure(picture: Picture, caption: str) -> str:
             "picture", "Axes or a PNG, JPEG or SVG picture", "other data", "draw it"
         )
     source = f"data:{media};base64,{base64.b64encode(data).decode()}"
+    kind = f'class="film" href="{escape(opens)}" target="_blank"' if opens else _ENLARGED
     return (
-        f'<figure><a class="picture" href="#"><img src="{source}" alt="{escape(caption)}"'
+        f'<figure><a {kind}><img src="{source}" alt="{escape(caption)}"'
         f"{_size_on_screen(data)}></a><figcaption>{escape(caption)}</figcaption></figure>"
     )
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pinchoff.fits import LawFit
-    from pinchoff.studies.boundary.fit import LineFit
+    from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
     from pinchoff.studies.sweep.summary import Points
 
@@ -45,7 +45,7 @@ SYMMETRY = "symmetry $S$"
 _GRAZING = 0.02  # S: from here on down a droplet only grazes the obstacle
 _SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
 _SMALLEST = 0.7
-_FILLED = 1.6  # marks below this size are not drawn open: they would be all rim
+_FILLED = 1.6  # smaller marks are filled: an open one would be nothing but its rim
 
 
 def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
@@ -77,7 +77,8 @@ def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
         logarithmic_axes(axes, span, (_lowest_symmetry(points), 1.15))
         draw_outcomes(axes, points.forcing, points.symmetry, points.broke)
         for line, name, color, dashes in PAPER_LINES:
-            halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]  # stands out of a crowd
+            # a white rim, so that the line is seen among many marks
+            halo = [Stroke(linewidth=2.4, foreground="white"), Normal()]
             draw_line(axes, line, span, color=color, ls=dashes, label=name, path_effects=halo)
         axes.set_xlabel(CONTROL_PARAMETER)
         axes.set_ylabel(SYMMETRY)
@@ -159,11 +160,19 @@ def separated_outcomes(
     Returns
     -------
     list of 3 Axes
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collisions = po.import_collisions(po.virtual_experiment(1, 400, symmetry_noise=0))
+    >>> panels = separated_outcomes(collisions.table, po.fit_law(collisions))
+    >>> [panel.get_title("left").split(":")[0] for panel in panels]
+    ['breaks', 'both', 'does not break']
     """
     seen = table[table["symmetry"] > 0]
     symmetry = seen["symmetry"].to_numpy()
     broke = seen["broke"].to_numpy(dtype=bool)
-    # Bk = Ca Ã z̃ (S/α)^(-1/β), with the exponents that were fitted: so this is Ca Ã z̃.
+    # Bk = Ca Ã z̃ (S/α)^(-1/β) with the fitted exponents, so the product is Ca Ã z̃ with them.
     forcing = fit.breakup_number(seen) * (symmetry / fit.line.alpha) ** (1.0 / fit.line.beta)
     with style.journal_style():
         if axes is None:
@@ -238,7 +247,13 @@ def draw_outcomes(
 
 
 def mark_size(count: int) -> float:
-    """Return the size of a mark [points] where so many collisions are drawn."""
+    """Return the size of a mark [points] where so many collisions are drawn.
+
+    Examples
+    --------
+    >>> mark_size(50) > mark_size(5000)
+    True
+    """
     return next((size for most, size in _SIZES if count <= most), _SMALLEST)
 
 
@@ -251,7 +266,13 @@ def draw_line(axes: Axes, line: Line, span: NDArray[np.float64], **look: Any) ->
 
 
 def formula(line: Line) -> str:
-    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX."""
+    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX.
+
+    Examples
+    --------
+    >>> formula(PAPER_SIMULATION_LINE).startswith("0.089 (Ca")
+    True
+    """
     return rf"{line.alpha:.3f} (Ca $\tilde{{A}}\tilde{{z}}$)$^{{{line.beta:.2f}}}$"
 
 

@@ -13,11 +13,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 from pinchoff.model.outlines import Outline, Outlines
 from pinchoff.support import palette
 
 _SCALE_BAR_SHARE = 0.2  # of the window's width, about
+_POINTS_AN_EDGE = 8  # of a smooth outline
+
+Floats = NDArray[np.float64]
 
 
 class Window(NamedTuple):
@@ -40,7 +45,7 @@ class Window(NamedTuple):
 
 
 class Scale(NamedTuple):
-    """What one unit of a run's length and time is called, and how much it is."""
+    """The units in which a run's lengths and times are written, and their sizes."""
 
     length: float
     length_unit: str
@@ -62,7 +67,7 @@ class Scale(NamedTuple):
     def time_label(self, time: float) -> str:
         """Return the label of a time given in t0."""
         value = time * self.time
-        # Two decimals of t0; of a physical time the digits that this resolution is worth.
+        # Two decimals of t0, and as many digits of a physical time as those stand for.
         decimals = max(0, 2 - math.floor(math.log10(self.time)))
         return f"$t$ = {value:.{decimals}f} {self.time_unit}"
 
@@ -80,9 +85,9 @@ def draw_chamber(axes: Axes, outlines: Outlines, window: Window) -> None:
 
 
 def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> PolyCollection:
-    """Draw droplets, pink with a dark rim of the given width [points]."""
+    """Draw droplets, pink with a dark rim of the given width [points], as smooth curves."""
     polygons = PolyCollection(
-        [droplet.vertices for droplet in droplets],
+        [smooth_outline(droplet.vertices) for droplet in droplets],
         facecolors=palette.DROPLET,
         edgecolors=palette.DROPLET_RIM,
         linewidths=rim,
@@ -91,6 +96,36 @@ def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> 
     )
     axes.add_collection(polygons, autolim=False)
     return polygons
+
+
+def smooth_outline(vertices: Floats) -> Floats:
+    """Return points on a smooth closed curve through every vertex of an outline.
+
+    A periodic cubic spline over the length of the polygon. For the eye alone: whatever is measured
+    is measured on the vertices.
+
+    Parameters
+    ----------
+    vertices : ndarray, shape (n, 2)
+        [D0]
+
+    Returns
+    -------
+    ndarray, shape (8 n, 2)
+        Every eighth one is a vertex.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> smooth_outline(square).shape
+    (32, 2)
+    """
+    closed = np.concatenate([vertices, vertices[:1]])
+    along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
+    curve = CubicSpline(along, closed, bc_type="periodic")
+    share = np.arange(_POINTS_AN_EDGE) / _POINTS_AN_EDGE
+    places = along[:-1, None] + share * np.diff(along)[:, None]
+    return np.asarray(curve(places.ravel()))
 
 
 def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:

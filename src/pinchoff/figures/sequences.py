@@ -14,14 +14,15 @@ from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, d
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.model.outcomes import Collision
     from pinchoff.model.outlines import Outlines
+    from pinchoff.model.results import Collision
+    from pinchoff.support.quantities import PhysicalScale
 
 TRAVEL_UM = 400.0
 """Way of the fluid between the two images of a pair, as in the paper, µm."""
 
-_SEEN_UM = (1150.0, 720.0)  # width and height of an image
-_BEHIND = 0.42  # share of the width that lies upstream of the obstacle
+_MARGIN_UM = 60.0  # round all that is shown
+_FOOT_UM = 110.0  # below that, where the scale bar stands
 
 
 def collision_pairs(
@@ -32,7 +33,7 @@ def collision_pairs(
     Parameters
     ----------
     collisions : sequence of n Collision
-        From physical quantities, with outlines.
+        They must be made from physical quantities and have outlines.
     axes : sequence of 2n Axes, optional
         Where to draw, two a row; by default a new figure.
 
@@ -45,37 +46,69 @@ def collision_pairs(
     InputError
         A collision has no outlines or no physical scale.
     """
+    shown = [_frames(collision) for collision in collisions]
+    window = _window(collisions, shown)
     with style.journal_style():
         if axes is None:
-            height = 1.75 * len(collisions)
-            figure = Figure(figsize=(0.8 * style.TWO_COLUMNS, height), layout="constrained")
+            width = 0.8 * style.TWO_COLUMNS
+            height = (0.5 * width * window.height / window.width + 0.25) * len(collisions)
+            figure = Figure(figsize=(width, height), layout="constrained")
             axes = list(figure.subplots(len(collisions), 2, squeeze=False).flat)
         for k, collision in enumerate(collisions):
-            _draw_pair(axes[2 * k : 2 * k + 2], collision)
+            _draw_pair(axes[2 * k : 2 * k + 2], collision, shown[k], window)
         return list(axes)
 
 
-def _draw_pair(pair: Sequence[Axes], collision: Collision) -> None:
+def _frames(collision: Collision) -> tuple[int, int]:
+    """Return the frames of the two images."""
+    outlines, scale = _filmed(collision)
+    half = 0.5 * TRAVEL_UM / scale.diameter_um  # t0 = D0/v: a length in D0 is the time in t0
+    middle = _middle(collision, outlines)
+    before, after = (
+        int(np.argmin(np.abs(outlines.times - time))) for time in (middle - half, middle + half)
+    )
+    return before, after
+
+
+def _filmed(collision: Collision) -> tuple[Outlines, PhysicalScale]:
     outlines, scale = collision.outlines, collision.parameters.scale
     if outlines is None or scale is None:
         rule = "ones with outlines, from physical quantities"
         raise InputError.of("collisions", rule, collision, "simulate with outlines=True")
-    unit = scale.diameter_um
-    half = 0.5 * TRAVEL_UM / unit  # t0 = D0/v: a length in D0 is the time in t0
-    middle = _middle(collision, outlines)
-    width, height = _SEEN_UM[0] / unit, _SEEN_UM[1] / unit
-    window = Window(-_BEHIND * width, (1 - _BEHIND) * width, -0.5 * height, 0.5 * height)
-    for panel, time in zip(pair, (middle - half, middle + half), strict=True):
-        frame = int(np.argmin(np.abs(outlines.times - time)))
-        draw_chamber(panel, outlines, window)
+    return outlines, scale
+
+
+def _window(collisions: Sequence[Collision], shown: Sequence[tuple[int, int]]) -> Window:
+    """Return what all images show, in µm about the obstacle: whole droplets, at one scale."""
+    corners = []
+    for collision, frames in zip(collisions, shown, strict=True):
+        outlines, scale = _filmed(collision)
+        vertices = [each.vertices for frame in frames for each in outlines[frame]]
+        corners.append(np.concatenate(vertices) * scale.diameter_um)
+        corners.append(np.outer([-1, 1], [1, 1]) * scale.obstacle_radius_um)
+    points = np.concatenate(corners)
+    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    bottom -= _FOOT_UM
+    return Window(
+        *(float(v) for v in (left - _MARGIN_UM, right + _MARGIN_UM, bottom, top + _MARGIN_UM))
+    )
+
+
+def _draw_pair(
+    pair: Sequence[Axes], collision: Collision, frames: tuple[int, int], window: Window
+) -> None:
+    outlines, scale = _filmed(collision)
+    view = Window(*(length / scale.diameter_um for length in window))
+    for panel, frame in zip(pair, frames, strict=True):
+        draw_chamber(panel, outlines, view)
         draw_droplets(panel, outlines[frame])
         label = Scale.of(outlines).time_label(outlines.times[frame])
-        panel.text(0.02, 0.04, label, transform=panel.transAxes, fontsize=7, zorder=6)
+        panel.text(0.02, 0.03, label, transform=panel.transAxes, fontsize=7)
     outcome = "breaks" if collision.broke else "does not break"
     pair[0].set_title(
         f"$v$ = {scale.speed_mm_s:g} mm/s, $S$ = {collision.symmetry:.2f}: {outcome}", loc="left"
     )
-    draw_scale_bar(pair[1], window, Scale.of(outlines))
+    draw_scale_bar(pair[1], view, Scale.of(outlines))
 
 
 def _middle(collision: Collision, outlines: Outlines) -> float:

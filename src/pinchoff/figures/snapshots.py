@@ -19,7 +19,7 @@ from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 
 _PANELS_A_ROW = 3
-_MARGIN = 0.15  # round everything that is shown [D0]
+_MARGIN = 0.15  # between what is shown and the edge of the picture [D0]
 
 
 def snapshot_strip(
@@ -53,6 +53,13 @@ def snapshot_strip(
     ------
     InputError
         If there are no outlines, or not as many axes as snapshots.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> panels = snapshot_strip(po.simulate(po.Parameters(), outlines=0.05).outlines)
+    >>> [panel.get_title("right") for panel in panels]
+    ['approach', 'contact', 'deformation', 'neck', 'break-up', 'after']
     """
     if len(outlines.frame) == 0:
         raise InputError.of("outlines", "of one droplet or more", outlines, "simulate first")
@@ -97,7 +104,7 @@ def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
 
 
 def _window(outlines: Outlines, moments: Sequence[Moment]) -> Window:
-    """Return the window that holds all that is shown, even about the obstacles' mean height."""
+    """Return the smallest window that holds all droplets and obstacles of the snapshots."""
     corners = [
         outlines.obstacles[:, :2] - outlines.obstacles[:, 2:],
         outlines.obstacles[:, :2] + outlines.obstacles[:, 2:],
@@ -149,7 +156,8 @@ def _draw_centreline(axes: Axes, outlines: Outlines) -> None:
         return
     droplet = outlines.outline(contact.outline)
     centre = outlines.obstacles[contact.obstacle, :2]
-    velocity = droplet.velocities.mean(axis=0)  # of the mass, which sits on the vertices
+    # velocity of the centre of mass: all mass sits on the vertices
+    velocity = droplet.velocities.mean(axis=0)
     axes.axline(
         tuple(centre),
         tuple(centre + velocity),

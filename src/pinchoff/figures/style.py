@@ -31,7 +31,7 @@ DOTS_PER_INCH = 300
 #: Marks of groups that are told apart by mark and colour.
 MARKERS = "osD^vPX*"
 
-_SALT = "pinchoff"  # of the names inside an SVG: the same figure is the same file
+_SALT = "pinchoff"  # for the names inside an SVG, so that the same figure gives the same file
 
 STYLE: dict[str, Any] = {
     "axes.labelsize": 8,
@@ -54,7 +54,7 @@ STYLE: dict[str, Any] = {
 
 
 def mark_synthetic(axes: Axes, x: float = 0.98, y: float = 0.03) -> None:
-    """Write at a place in the axes that what they show was not measured."""
+    """Write "synthetic data" at a place in the axes."""
     axes.text(
         x,
         y,
@@ -78,6 +78,11 @@ def ordered_colors(values: Iterable[float]) -> dict[float, Any]:
     """Return a colour for each value of a quantity with an order, from dark to light.
 
     The colours are even in the order of the values, not in the values.
+
+    Examples
+    --------
+    >>> list(ordered_colors([8, 2, 4, 2]))
+    [2, 4, 8]
     """
     ranked = sorted(set(values))
     shades = mpl.colormaps[palette.ORDERED_MAP](np.linspace(0.0, 0.88, max(2, len(ranked))))
@@ -89,6 +94,17 @@ def save(path: str | os.PathLike[str], axes: Axes) -> None:
 
     The suffix chooses the format, as in .png, .pdf and .svg. The same figure is the same file,
     byte for byte.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> axes = Figure().subplots()
+    >>> path = Path(tempfile.mkdtemp()) / "figure.svg"
+    >>> save(path, axes)
+    >>> first = path.read_bytes()
+    >>> save(path, axes)
+    >>> path.read_bytes() == first
+    True
     """
     figure = axes.figure
     assert isinstance(figure, Figure)

@@ -30,10 +30,10 @@ def _quantities(table: pd.DataFrame) -> list[_Quantity]:
         return table[name].to_numpy(np.float64)
 
     return [
-        _Quantity("D [µm]", np.sqrt(4.0 * column("area_um2") / math.pi)),
-        _Quantity("v [mm/s]", column("speed_mm_s")),
-        _Quantity("S", column("symmetry"), (0.0, 1.0)),
-        _Quantity("Ca [10⁻³]", 1e3 * column("capillary_number")),
+        _Quantity("$D$ (µm)", np.sqrt(4.0 * column("area_um2") / math.pi)),
+        _Quantity("$v$ (mm/s)", column("speed_mm_s")),
+        _Quantity("$S$", column("symmetry"), (0.0, 1.0)),
+        _Quantity("Ca (10⁻³)", 1e3 * column("capillary_number")),
     ]
 
 
@@ -98,7 +98,7 @@ def timeline(table: pd.DataFrame) -> Axes:
         for kind, colour in kinds.items():
             mask = chosen[kind]
             axes.vlines(times[mask], rows[mask] - 0.4, rows[mask] + 0.4, colour, lw=1, label=kind)
-        axes.set(xlabel="time of contact [s]", yticks=range(len(clips)), yticklabels=clips)
+        axes.set(xlabel="time of contact (s)", yticks=range(len(clips)), yticklabels=clips)
         axes.invert_yaxis()
         axes.margins(x=0.01)
         axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 1.0))

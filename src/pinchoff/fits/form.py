@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pinchoff.fits.likelihood import Equation, Floats
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import unknown_name
 
 
@@ -52,8 +53,10 @@ class Exponent(NamedTuple):
 EXPONENTS = {
     "area": Exponent("epsilon_1", "ε1", "normalized_area"),
     "thickness": Exponent("epsilon_3", "ε3", "normalized_thickness"),
-    "viscosity": Exponent("epsilon_mu", "ε_μ", "viscosity_mPa_s", 48.0),
-    "surface_tension": Exponent("epsilon_gamma", "ε_γ", "surface_tension_mN_m", 20.0, -1),
+    "viscosity": Exponent("epsilon_mu", "ε_μ", "viscosity_mPa_s", paper.VISCOSITY_MPA_S),
+    "surface_tension": Exponent(
+        "epsilon_gamma", "ε_γ", "surface_tension_mN_m", paper.SURFACE_TENSION_MN_M, -1
+    ),
     "speed": Exponent("epsilon_v", "ε_v", "speed_mm_s", 1.0),
 }
 """The exponents by the quantity that they belong to. All are 1 in the paper's law; μ, γ and v are
@@ -117,10 +120,10 @@ class Form:
     @property
     def names(self) -> tuple[str, ...]:
         """The numbers of the law that the coefficients decide, by their keys."""
-        there = {"alpha", "beta", "w", *(EXPONENTS[name].key for name in self.free)}
+        decided = {"alpha", "beta", "w", *(EXPONENTS[name].key for name in self.free)}
         if {"area", "thickness"} & {*self.free}:
-            there.add("epsilon_2")
-        return tuple(key for key in MEANINGS if key in there)
+            decided.add("epsilon_2")
+        return tuple(key for key in MEANINGS if key in decided)
 
     def scaled(self, coefficients: Floats) -> dict[str, float]:
         """Return the numbers of the law, those in `LOGARITHMIC` as logarithms, by their keys.
@@ -181,7 +184,9 @@ class Form:
                 if quantity in self.free:
                     row[_FIRST_FREE + self.free.index(quantity)] = power
         else:
-            quantity = next(each for each in self.free if EXPONENTS[each].key == name)
+            quantity = next(
+                candidate for candidate in self.free if EXPONENTS[candidate].key == name
+            )
             row[_FIRST_FREE + self.free.index(quantity)] = 1.0
             row[_FORCING] = 1.0 - scaled
         return row, 0.0

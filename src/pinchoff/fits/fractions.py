@@ -58,10 +58,10 @@ def broken_fractions(
     total = np.bincount(bins, minlength=len(edges) - 1)
     broken = np.bincount(bins[broke], minlength=len(edges) - 1)
     logs = np.bincount(bins, np.log(breakup_number[inside]), minlength=len(edges) - 1)
-    there = total > 0
-    total, broken = total[there], broken[there]
+    filled = total > 0
+    total, broken = total[filled], broken[filled]
     low, high = wilson_interval(broken, total, confidence)
-    return Fractions(np.exp(logs[there] / total), broken, total, low, high)
+    return Fractions(np.exp(logs[filled] / total), broken, total, low, high)
 
 
 def wilson_interval(
@@ -77,6 +77,12 @@ def wilson_interval(
     Returns
     -------
     low, high : ndarray, shape (b,)
+
+    Examples
+    --------
+    >>> low, high = wilson_interval(np.array([0, 5]), np.array([10, 10]), 0.95)
+    >>> low.round(3).tolist(), high.round(3).tolist()
+    ([0.0, 0.237], [0.278, 0.763])
     """
     z = normal_quantile(confidence)
     share = broke / total
@@ -89,7 +95,13 @@ def wilson_interval(
 
 
 def merged_edges(values: Floats, edges: Floats, fewest: int) -> Floats:
-    """Leave out edges, from the lowest on, until every bin has so many values."""
+    """Leave out edges, from the lowest on, until every bin has so many values.
+
+    Examples
+    --------
+    >>> merged_edges(np.array([0.5, 1.5, 2.5]), np.array([0.0, 1.0, 2.0, 3.0]), 2).tolist()
+    [0.0, 3.0]
+    """
     counts = np.histogram(values, edges)[0]
     kept, held = [edges[0]], 0
     for edge, count in zip(edges[1:], counts, strict=True):
@@ -104,7 +116,13 @@ def merged_edges(values: Floats, edges: Floats, fewest: int) -> Floats:
 
 
 def logarithmic_edges(low: float, high: float, per_decade: float) -> Floats:
-    """Return edges of bins that are even in the logarithm, with one edge on 1."""
+    """Return edges of bins that are even in the logarithm, with one edge on 1.
+
+    Examples
+    --------
+    >>> logarithmic_edges(0.5, 20, 2).round(3).tolist()
+    [0.316, 1.0, 3.162, 10.0, 31.623]
+    """
     first = math.floor(math.log10(low) * per_decade)
     last = math.ceil(math.log10(high) * per_decade)
     return np.asarray(10.0 ** (np.arange(first, last + 1) / per_decade), dtype=np.float64)

@@ -32,7 +32,13 @@ _PRECISION = 1e-4  # of the ends of a profile's interval, relative to its half w
 
 
 def normal_quantile(confidence: float) -> float:
-    """Return z of a two-sided normal interval: 1.96 for 0.95."""
+    """Return z of a two-sided normal interval: 1.96 for 0.95.
+
+    Examples
+    --------
+    >>> round(normal_quantile(0.95), 4)
+    1.96
+    """
     return NormalDist().inv_cdf(0.5 + confidence / 2)
 
 

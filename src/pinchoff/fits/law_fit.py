@@ -240,7 +240,7 @@ class LawFit:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; an infinite end of an interval is not finite there either."""
         return {
-            **{name: each._asdict() for name, each in self.estimates.items()},
+            **{name: estimate._asdict() for name, estimate in self.estimates.items()},
             "free": list(self.free),
             "confidence": self.confidence,
             "count": self.count,
@@ -254,7 +254,7 @@ class LawFit:
         }
 
     def __repr__(self) -> str:
-        numbers = ", ".join(f"{name} = {each}" for name, each in self.estimates.items())
+        numbers = ", ".join(f"{name} = {estimate}" for name, estimate in self.estimates.items())
         return f"<LawFit to {self.count} collisions: {numbers}>"
 
     def _bound(self) -> Estimate:
@@ -306,6 +306,13 @@ def fit_law(
     -----
     UserWarning
         Rows were set aside, or there are so few that the intervals are wide.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> fit = po.fit_law(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
+    >>> print(f"{fit.alpha.value:.3f} {fit.beta.value:.2f} {fit.w.value:.2f}")
+    0.086 -0.73 0.08
     """
     confidence = checked_confidence(confidence)
     advice = "use 0.088, or 0 for none"

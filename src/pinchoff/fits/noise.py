@@ -46,7 +46,7 @@ def reflected_normal(measured: Floats, true: Floats, noise: float) -> Floats:
     """
     rows = measured[:, None]
     distances = (rows - true, rows + true, 2.0 - rows - true)
-    density = sum(np.exp(-0.5 * (each / noise) ** 2) for each in distances)
+    density = sum(np.exp(-0.5 * (distance / noise) ** 2) for distance in distances)
     return np.asarray(density / (noise * math.sqrt(2.0 * math.pi)), dtype=np.float64)
 
 
@@ -70,17 +70,17 @@ def true_distribution(measured: Floats, noise: float) -> tuple[Floats, Floats]:
     true = (np.arange(count) + 0.5) / count
     counted, edges = np.histogram(measured, bins=_BINS, range=(0.0, 1.0))
     middle = 0.5 * (edges[1:] + edges[:-1])
-    there = counted > 0
-    kernel = reflected_normal(middle[there], true, noise)
+    occupied = counted > 0
+    kernel = reflected_normal(middle[occupied], true, noise)
     share = np.full(count, 1.0 / count)
     before = -math.inf
     while True:
         expected = kernel @ share
-        value = float(counted[there] @ np.log(expected))
+        value = float(counted[occupied] @ np.log(expected))
         if value - before < _GAIN:
             return true, share
         before = value
-        share = share * (kernel.T @ (counted[there] / expected)) / counted.sum()
+        share = share * (kernel.T @ (counted[occupied] / expected)) / counted.sum()
 
 
 class _Piece(NamedTuple):

@@ -9,6 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff.collisions.reasons import (
+    NO_SYMMETRY,
+    OUTCOME_UNKNOWN,
+    REJECTED,
+    not_measured,
+)
 from pinchoff.fits.form import EXPONENTS, Form
 from pinchoff.fits.likelihood import Floats
 from pinchoff.support.errors import InputError
@@ -18,9 +24,6 @@ if TYPE_CHECKING:
 
 GROUPS = ("capillary_number", "normalized_area", "normalized_thickness")
 """Columns whose product is Ca Ã z̃."""
-
-NO_SYMMETRY = "S = 0: no place on a logarithmic axis, and the law says that it does not break"
-"""Why a collision beside the obstacle's centreline is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +72,16 @@ def rows_of(table: pd.DataFrame, form: Form) -> Rows:
         decide the exponents.
     """
     exponents = [EXPONENTS[name] for name in form.free]
-    columns = [*GROUPS, "symmetry", *(each.column for each in exponents)]
+    columns = [*GROUPS, "symmetry", *(exponent.column for exponent in exponents)]
     values = {name: _column(table, name) for name in dict.fromkeys(columns)}
     broke = table["broke"].to_numpy(dtype=np.float64, na_value=math.nan)
     used, left_out = _used(table, values, broke)
     logs = {name: np.log(column[used]) for name, column in values.items()}
     forcing = logs[GROUPS[0]] + logs[GROUPS[1]] + logs[GROUPS[2]]
-    free = [each.sign * (logs[each.column] - math.log(each.reference)) for each in exponents]
+    free = [
+        exponent.sign * (logs[exponent.column] - math.log(exponent.reference))
+        for exponent in exponents
+    ]
     features = np.stack([np.ones_like(forcing), forcing, logs["symmetry"], *free], axis=1)
     outcome = broke[used] > 0
     order = np.lexsort((outcome, *features.T))
@@ -105,10 +111,10 @@ def _used(
             left_out[reason] = int(fresh.sum())
             used[fresh] = False
 
-    leave_out(~table["accepted"].to_numpy(dtype=bool), "rejected when it was measured")
-    leave_out(np.isnan(broke), "outcome not known")
+    leave_out(~table["accepted"].to_numpy(dtype=bool), REJECTED)
+    leave_out(np.isnan(broke), OUTCOME_UNKNOWN)
     for name, column in values.items():
-        leave_out(np.isnan(column), f"{name} not measured")
+        leave_out(np.isnan(column), not_measured(name))
     leave_out(values["symmetry"] == 0, NO_SYMMETRY)
     return used, left_out
 

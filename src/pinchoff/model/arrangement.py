@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
 
 from pinchoff import _core
 from pinchoff.model.parameters import Parameters
@@ -118,14 +119,17 @@ def _require_size(name: str, circles: Floats, least: float, most: float) -> None
 
 
 def _require_clear(starts: Floats, obstacles: Floats, clearance: float) -> None:
-    discs = starts * [1.0, 1.0, 0.5]
-    for i, disc in enumerate(discs):
-        for other in (*obstacles, *discs[:i]):
-            if math.hypot(*(disc[:2] - other[:2])) - disc[2] - other[2] < clearance:
+    discs = np.concatenate((obstacles, starts * [1.0, 1.0, 0.5]))
+    tree = cKDTree(discs[:, :2])
+    for i, disc in enumerate(discs[len(obstacles) :], start=len(obstacles)):
+        reach = disc[2] + discs[:, 2].max() + clearance
+        for j in sorted(tree.query_ball_point(disc[:2], reach)):
+            other = discs[j]
+            if j < i and math.hypot(*(disc[:2] - other[:2])) - disc[2] - other[2] < clearance:
                 raise InputError.of(
-                    f"droplets[{i}]",
+                    f"droplets[{i - len(obstacles)}]",
                     f"at least {clearance:.3g} D0 clear of every obstacle and of the other "
                     "droplets at the start",
-                    starts[i].tolist(),
+                    starts[i - len(obstacles)].tolist(),
                     f"move it away from ({other[0]:g}, {other[1]:g})",
                 )

@@ -9,8 +9,8 @@ import numpy as np
 
 from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
-from pinchoff.model.outcomes import run_columns
 from pinchoff.model.parameters import PARAMETERS, Parameters
+from pinchoff.model.results import run_columns
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:

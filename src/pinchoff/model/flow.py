@@ -39,6 +39,12 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     ------
     InputError
         A number is not finite, or the radius not positive.
+
+    Examples
+    --------
+    >>> flow = stokes(0.2)
+    >>> flow.velocity(np.array([[0.2, 0.0], [0.0, 1.0]]))[:, 0].round(3).tolist()
+    [0.0, 2.089]
     """
     radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     try:
@@ -63,11 +69,16 @@ def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:
     ------
     InputError
         A component is not finite.
+
+    Examples
+    --------
+    >>> uniform(0.5).velocity(np.array([[3.0, -2.0]])).tolist()
+    [[0.5, 0.0]]
     """
     return _core.UniformFlow(checked_number("vx", vx, _ADVICE), checked_number("vy", vy, _ADVICE))
 
 
-def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
+def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike, *, periodic: str = "") -> Flow:
     """Flow given at the nodes of a regular grid, bicubic between them.
 
     What lies between two nodes is not known to the flow: some ten nodes across each obstacle's
@@ -81,14 +92,26 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         As `x`.
     u, v : array_like, shape (ny, nx)
         The velocity's x and y components at the nodes, v_f∞.
+    periodic : {"", "x", "y", "xy"}, optional
+        Axes along which the flow repeats itself: the node after the last one is the first.
 
     Raises
     ------
     InputError
         An axis is not ascending, regular and long enough; an array has the wrong shape; or a
         number is not finite.
+
+    Examples
+    --------
+    >>> nodes = np.linspace(0.0, 3.0, 4)
+    >>> u, v = np.meshgrid(nodes, nodes)
+    >>> sampled(nodes, nodes, u, -v).velocity(np.array([[1.5, 0.5]])).round(12).tolist()
+    [[1.5, -0.5]]
     """
     x_nodes, y_nodes = _axis("x", x), _axis("y", y)
+    if periodic not in ("", "x", "y", "xy"):
+        advice = "leave it out where the flow does not repeat itself"
+        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
     shape = (y_nodes.size, x_nodes.size)
     return _core.SampledFlow(
         x_nodes[0],
@@ -97,6 +120,8 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike) -> Flow:
         (y_nodes[-1] - y_nodes[0]) / (y_nodes.size - 1),
         _component("u", u, shape),
         _component("v", v, shape),
+        periodic_x="x" in periodic,
+        periodic_y="y" in periodic,
     )
 
 

@@ -144,7 +144,7 @@ class Outlines:
         units : str
             Unit of length.
         """
-        flat = [(f, Outline(*each)) for f, droplets in enumerate(frames) for each in droplets]
+        flat = [(f, Outline(*droplet)) for f, droplets in enumerate(frames) for droplet in droplets]
         sizes = [len(np.asarray(outline.vertices)) for _, outline in flat]
         return cls(
             times=np.asarray(times, dtype=np.float64).reshape(-1),

@@ -277,6 +277,11 @@ class Parameters(Checked):
         ------
         InputError
             There is no such preset, or as the constructor.
+
+        Examples
+        --------
+        >>> Parameters.preset("literal-separation", offset=0).neck_separation_unit
+        'diameter'
         """
         return cls(**{**preset_constants(name), **changes})
 
@@ -366,6 +371,14 @@ class Parameters(Checked):
         ------
         InputError
             As `from_physical`.
+
+        Examples
+        --------
+        >>> scale = PhysicalScale(
+        ...     diameter_um=481, speed_mm_s=1, obstacle_radius_um=85, thickness_um=85,
+        ...     viscosity_mPa_s=48, surface_tension_mN_m=20)
+        >>> round(Parameters.of_scale(scale, offset_um=20).offset, 4)
+        0.0416
         """
         refuse_physical_groups(constants)
         return cls._of_groups(constants, groups_of_scale(scale, offset_um))
@@ -411,6 +424,11 @@ class Parameters(Checked):
         ------
         InputError
             As `from_toml`.
+
+        Examples
+        --------
+        >>> Parameters.from_config({"preset": "paper-step", "offset": 0.1}).time_step
+        0.0001
         """
         table = dict(config)
         physical = table.pop("physical", None)
@@ -480,6 +498,13 @@ class Parameters(Checked):
         ------
         InputError
             The given time step is unstable.
+
+        Examples
+        --------
+        >>> from pinchoff import _core
+        >>> row = Parameters(size_ratio=4).model_row()
+        >>> float(row[_core.MODEL_FIELDS.index("obstacle_radius")])
+        0.25
         """
         from pinchoff import _core
 

@@ -16,8 +16,8 @@ from pinchoff import _core
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.flow import Flow
-from pinchoff.model.outcomes import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError
 from pinchoff.support.progress import Show, progress_bar, shifted
@@ -96,6 +96,15 @@ def simulate(
     -----
     UserWarning
         There are several obstacles and no flow: the Stokes flow knows the first only.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> collision = po.simulate(po.Parameters(offset=0.02), outlines=True)
+    >>> collision.outcome, round(collision.symmetry, 3), collision.droplet_count
+    ('broke', 0.911, 2)
+    >>> len(collision.outlines.times)
+    85
     """
     _require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
@@ -197,6 +206,13 @@ def simulate_many(
     -----
     RuntimeWarning
         Guards stopped some of the runs; says how many.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> runs = po.simulate_many([po.Parameters(offset=y, follow_daughters=False) for y in (0, 0.2)])
+    >>> runs["broke"].tolist(), runs.attrs["units"]["contact_time"]
+    ([True, False], 't0')
     """
     from pinchoff.collisions import schema
 

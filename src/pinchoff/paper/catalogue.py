@@ -20,7 +20,7 @@ from pinchoff.paper.study import Study
 from pinchoff.studies.necks import median_history
 
 CAMERA_FPS = 60.0
-"""Of the paper's camera, frames/s."""
+"""Frame rate of the paper's camera, frames/s."""
 
 
 class PaperFigure(NamedTuple):
@@ -33,7 +33,7 @@ class PaperFigure(NamedTuple):
     how : str
         Where ours comes from.
     draw : callable
-        From a study to the axes of ours.
+        Draws our version from a study, and returns its axes.
     experiment : bool
         Whether it shows the experiment, so that it is synthetic unless there is a real one.
     extra : str

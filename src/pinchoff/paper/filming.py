@@ -16,7 +16,7 @@ from pinchoff.video.encounters import Laboratory
 from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 from pinchoff.video.settings import VideoSettings
 
-_SMALLEST_UM = 40.0  # droplet that is measured
+_SMALLEST_UM = 40.0  # diameter of the smallest droplet that is measured
 
 
 class Filmed(NamedTuple):
@@ -32,7 +32,10 @@ class Filmed(NamedTuple):
     pixel_size_um: float
 
 
-DROPLETS = {"B1": Filmed(0.78, 1.0, 0.02, 2.64), "B2": Filmed(2.5, 1.0, 0.03, 5.28)}
+DROPLETS = {
+    "B1": Filmed(0.78, 1.0, 0.02, the_paper.PIXEL_SIZE_UM / 2),
+    "B2": Filmed(2.5, 1.0, 0.03, the_paper.PIXEL_SIZE_UM),
+}
 """The droplets of appendix B by their figures."""
 
 
@@ -42,11 +45,11 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
     Parameters
     ----------
     folder : Path
-        Gets the clip and what was measured on it; a clip that is there is taken as it is.
+        The clip and its measurements are written here. An existing clip is not made again.
     figure : str
         One of `DROPLETS`.
     seed : int
-        Of the camera's noise.
+        Seed of the camera's noise.
     """
     wanted = DROPLETS[figure]
     laboratory = Laboratory(

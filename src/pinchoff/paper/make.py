@@ -1,4 +1,4 @@
-"""Make the figures and numbers, one after the other, into a folder that can be taken up again."""
+"""Make the figures and numbers one after the other; a later call goes on where one stopped."""
 
 from __future__ import annotations
 
@@ -29,10 +29,11 @@ NUMBERS = "numbers"
 """Name of the table of numbers among the figures."""
 
 ITEMS = (*(figure.name for figure in FIGURES), NUMBERS)
-"""What can be made, by name."""
+"""Names of all that can be made."""
 
 
-_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}  # of the extras
+# modules that show whether an extra is installed
+_MODULES = {"chamber": ("shapely", "gdstk"), "video": ("av", "cv2")}
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Reproduction:
     settings : dict
         Version, seed, quick or not, and the experiment's digest.
     seconds : float
-        That making all of it took, now or before.
+        Time to make all of it, in this call and earlier ones.
     """
 
     path: Path
@@ -125,6 +126,13 @@ def reproduce(
     ------
     InputError
         There is no such item, or the folder holds a reproduction with other settings.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> made = reproduce(tempfile.mkdtemp(), only=["2", "3"], quick=True)
+    >>> [figure.png.name for figure in made.figures]
+    ['figure_2.png', 'figure_3.png']
     """
     wanted = _wanted(only)
     folder = Path(out)
@@ -175,7 +183,7 @@ def _wanted(only: Iterable[str] | None) -> list[str]:
     chosen = [name.strip() for name in only]
     for name in chosen:
         if name not in ITEMS:
-            raise unknown_name("only", "figures of the paper, or numbers", name, ITEMS)
+            raise unknown_name("only", "the name of a figure of the paper, or numbers", name, ITEMS)
     return [name for name in ITEMS if name in chosen]
 
 

@@ -9,8 +9,12 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pinchoff.collisions.circle_segments import (
+    SMALL_SEGMENT_EXPONENT,
+    area_ratio_bound,
+    segment_area,
+)
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, transition_factor
-from pinchoff.collisions.segments import SMALL_SEGMENT_EXPONENT, area_ratio_bound, segment_area
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import (
@@ -43,7 +47,7 @@ class Number:
     name, place : str
         What it is, and where the paper has it.
     paper, ours, interval : str
-        As they are to be read; empty: none.
+        The texts that a reader sees; empty where there is none.
     how : str
         How ours was obtained.
     verdict : str
@@ -89,18 +93,17 @@ def numbers(study: Study) -> list[Number]:
 
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
-    said = {"alpha": ("prefactor α", 0.083, 0.006), "beta": ("exponent β", -0.74, 0.03)}
-    said["w"] = ("width w", the_paper.WIDTH, 0.006)
+    names = {"alpha": "prefactor α", "beta": "exponent β", "w": "width w"}
     estimates = study.law.intervals[PROFILE]
-    for key, (name, value, error) in said.items():
+    for key, (value, error) in the_paper.EXPERIMENT_FIT.items():
         paper = f"{_numeral(value)} ± {error:g}"
         yield _estimated(
-            f"{name}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
+            f"{names[key]}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
         )
-    for key, (name, _, error) in said.items():
+    for key, (_, error) in the_paper.EXPERIMENT_FIT.items():
         if key in study.law.spread:
             yield _plain(
-                f"error of {name}",
+                f"error of {names[key]}",
                 "sec. 4.2",
                 f"± {error:g}",
                 error,
@@ -232,7 +235,7 @@ def _breakup_number(study: Study) -> Iterator[Number]:
 
 
 def _geometry(study: Study) -> Iterator[Number]:
-    heights = np.array([1e-3, 1.01e-3])  # of the diameter, at one height
+    heights = np.array([1e-3, 1.01e-3])  # h/D of two droplets that share one h
     logs = [
         np.log(2 * segment_area(1.0, 1 / heights) / (np.pi / 4 / heights**2)),
         -2 * np.log(heights),

@@ -1,4 +1,4 @@
-"""What figures and numbers are made from: computed once, when something first asks for it."""
+"""The sources of figures and numbers, each computed once, when it is first needed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.collisions.importing import ImportedCollisions, import_collisions
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, breakup_number
 from pinchoff.fits.law_fit import fit_law
-from pinchoff.fits.study import study_law
+from pinchoff.fits.law_study import study_law
 from pinchoff.model.parameters import Parameters, PhysicalScale
 from pinchoff.model.simulation import simulate, simulate_many
 from pinchoff.studies.boundary import boundary
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.fits import LawFit
-    from pinchoff.fits.study import LawStudy
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.fits.law_study import LawStudy
+    from pinchoff.model.results import Collision
     from pinchoff.studies.boundary.search import Boundary
 
 CAPILLARY = (16, 20, 25, 32, 40, 50, 64, 80)
@@ -40,11 +40,11 @@ class Study:
     Attributes
     ----------
     seed : int
-        Of the virtual experiment, of the bootstrap and of the simulated collisions.
+        Seed of the virtual experiment, the bootstrap and the simulated collisions.
     quick : bool
         Fewer and coarser simulations.
     experiment : ImportedCollisions or None
-        Real collisions, which take the place of the virtual experiment.
+        Real collisions. They replace the virtual experiment.
     folder : Path
         Where films and what is measured on them are kept.
     """
@@ -68,7 +68,7 @@ class Study:
 
     @cached_property
     def law(self) -> LawStudy:
-        """The law of the experiment, its exponents those of the paper."""
+        """The law fitted to the experiment with the paper's exponents."""
         return study_law(self.collisions, seed=self.seed)
 
     def exponents(self, *free: str) -> LawFit:
@@ -147,9 +147,10 @@ def droplet(diameter_um: float, speed_mm_s: float, offset_um: float) -> Paramete
 
 
 def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -> float:
-    """Return the start offset in µm with which a droplet meets the obstacle at such an S."""
+    """Return the start offset [µm] with which a droplet has this S at first contact."""
     if symmetry == 1.0:
-        return 1e-3 * diameter_um  # exactly head-on, round-off would decide
+        # not exactly head-on: there round-off would decide to which side the droplet goes
+        return 1e-3 * diameter_um
     low, high = 0.0, 0.5
     for _ in range(3):
         offsets = [low + (high - low) * k / 16 for k in range(17)]
@@ -166,7 +167,13 @@ def offset_of_symmetry(diameter_um: float, speed_mm_s: float, symmetry: float) -
 
 
 def paper_breakup_number(area_mm2: float, speed_mm_s: float, symmetry: float = 1.0) -> float:
-    """Return Bk of a droplet under the standard conditions, with the paper's exact constants."""
+    """Return Bk of a droplet under the standard conditions, with the paper's exact constants.
+
+    Examples
+    --------
+    >>> round(paper_breakup_number(0.2, 1.0), 2)
+    1.92
+    """
     capillary = capillary_number(
         the_paper.VISCOSITY_MPA_S, speed_mm_s, the_paper.SURFACE_TENSION_MN_M
     )

@@ -20,7 +20,7 @@ from pinchoff.support.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from pinchoff.model.outcomes import Collision
+    from pinchoff.model.results import Collision
 
 Floats = NDArray[np.float64]
 
@@ -95,6 +95,12 @@ def last_frame_necks(
     -------
     ndarray, shape (m,)
         µm; NaN where the history begins later.
+
+    Examples
+    --------
+    >>> history = ThinningHistory([0.0, 1.0, 2.0], [80.0, 40.0, 0.0], breakup_time_s=2.0)
+    >>> last_frame_necks(history, frame_rate=2.0, phases=[0.5, 1.0]).tolist()
+    [10.0, 20.0]
     """
     rate = checked_positive("frame_rate", frame_rate, "use 60")
     shares = (np.arange(200) + 0.5) / 200 if phases is None else np.asarray(phases, float)
@@ -121,7 +127,9 @@ def thinning_history(collision: Collision) -> ThinningHistory:
         advice = "use simulate(Parameters.from_physical(...), outlines=0.01)"
         raise InputError.of("collision", rule, collision, advice)
     before = np.flatnonzero(outlines.times < collision.breakup_time)
-    necks = np.array([min(outlines.neck(each)[0] for each in outlines[k]) for k in before.tolist()])
+    necks = np.array(
+        [min(outlines.neck(outline)[0] for outline in outlines[k]) for k in before.tolist()]
+    )
     measured = np.isfinite(necks)
     times = np.append(outlines.times[before][measured], collision.breakup_time)
     end = float(times[-1]) * scale.time_unit_s

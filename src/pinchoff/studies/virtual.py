@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, get_args
 
 import numpy as np
 
+from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.collisions.law import (
     PAPER_EXPERIMENT_LINE,
     Line,
@@ -20,7 +21,6 @@ from pinchoff.collisions.law import (
     breakup_probability,
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
-from pinchoff.collisions.segments import symmetry_of_impact
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.errors import InputError
@@ -109,6 +109,12 @@ def virtual_experiment(
     ------
     InputError
         An argument is wrong.
+
+    Examples
+    --------
+    >>> table = virtual_experiment(seed=1, n=1000)
+    >>> len(table), table["source"].iloc[0]
+    (1000, 'synthetic, by law')
     """
     checked_whole("seed", seed, "use 1", low=0)
     n = checked_whole("n", n, f"use {paper.COLLISION_COUNT}", low=1, high=10_000_000)
@@ -137,7 +143,7 @@ def virtual_experiment(
 
 def _drawn(generator: np.random.Generator, n: int) -> dict[str, NDArray[Any]]:
     """Draw what an experimenter sets, and what follows from it."""
-    which = generator.choice(len(CONDITIONS), n, p=[each.share for each in CONDITIONS])
+    which = generator.choice(len(CONDITIONS), n, p=[condition.share for condition in CONDITIONS])
     of_condition = np.array(CONDITIONS)[which]
     radius, thickness, viscosity = of_condition[:, :3].T
     speed = generator.uniform(*paper.SPEEDS_MM_S, n)
@@ -179,15 +185,15 @@ def _simulated(
 ) -> dict[str, NDArray[Any]]:
     """Simulate until n droplets have touched their obstacle."""
     parts: list[dict[str, NDArray[Any]]] = []
-    there = 0
-    while there < n:
-        tries = 2 * (n - there)  # about half of them touch
+    count = 0
+    while count < n:
+        tries = 2 * (n - count)  # about half of them touch
         drawn = _drawn(generator, tries)
         offsets = generator.uniform(0.0, 0.5, tries)
         columns = {**drawn, **_runs(drawn, offsets, threads, progress)}
-        touched = np.flatnonzero(np.isfinite(columns["true_symmetry"]))[: n - there]
+        touched = np.flatnonzero(np.isfinite(columns["true_symmetry"]))[: n - count]
         parts.append({name: column[touched] for name, column in columns.items()})
-        there += len(touched)
+        count += len(touched)
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 

@@ -120,9 +120,10 @@ def checked_whole(
     >>> checked_whole("scan", 24, "use 24", low=4, high=100)
     24
     """
-    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
-        if low <= value and (high is None or value <= high):
-            return int(value)
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    number = int(value) if whole else low - 1  # type: ignore[call-overload]
+    if number >= low and (high is None or number <= high):
+        return int(number)
     got = "nothing" if value is None else value
     limits = f", {low} or more" if high is None else f" from {low} to {high}"
     raise InputError.of(argument, f"a whole number{limits}", got, advice)

@@ -55,6 +55,11 @@ class InputError(PinchoffError, ValueError):
             What was given. A string is shown as it is, anything else by its `repr`, shortened.
         advice : str
             What to do about it.
+
+        Examples
+        --------
+        >>> print(InputError.of("width", "positive", -1, "use 0.005"))
+        width must be positive; got -1; use 0.005
         """
         shown = _shortened(got if isinstance(got, str) else repr(got))
         error = cls(f"{argument} must be {rule}; got {shown}; {advice}")
@@ -65,6 +70,11 @@ class InputError(PinchoffError, ValueError):
         """Return the same error with the argument's name placed inside `place`.
 
         ``diameter`` within ``physical`` is ``physical.diameter``.
+
+        Examples
+        --------
+        >>> print(InputError.of("diameter", "a length", "3", "add a unit").within("physical"))
+        physical.diameter must be a length; got 3; add a unit
         """
         return self.renamed(f"{place}.{self.argument}")
 

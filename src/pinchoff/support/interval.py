@@ -14,6 +14,11 @@ class Estimate(NamedTuple):
         An infinite end: the data do not bound the number on that side.
     method : str
         How the interval was obtained.
+
+    Examples
+    --------
+    >>> print(Estimate(-0.74, -0.77, -0.71))
+    -0.74 (-0.77 to -0.71)
     """
 
     value: float

@@ -30,6 +30,7 @@ COLLISION_COUNT = 5056
 PIXEL_SIZE_UM = 5.28
 FRAME_RATE = 60.0
 """Frames per second."""
+OIL_RATES_UL_MIN = (20.0, 40.0, 60.0)
 SYMMETRY_NOISE = 0.088
 """Uncertainty of S."""
 
@@ -49,3 +50,9 @@ SIMULATION_ALPHA, SIMULATION_BETA = 0.089, -0.72
 """Separating line of the simulations."""
 WIDTH = 0.098
 """w of the fit to the experiments."""
+EXPERIMENT_FIT = {
+    "alpha": (EXPERIMENT_ALPHA, 0.006),
+    "beta": (EXPERIMENT_BETA, 0.03),
+    "w": (WIDTH, 0.006),
+}
+"""The fit to the experiments: value and uncertainty of each number."""

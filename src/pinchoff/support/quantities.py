@@ -34,10 +34,15 @@ def capillary_number(
     Parameters
     ----------
     viscosity_mPa_s, speed_mm_s, surface_tension_mN_m : array_like, shape (...)
+
+    Examples
+    --------
+    >>> float(capillary_number(48, 1.0, 20).round(6))
+    0.0024
     """
     viscosity, speed, tension = (
-        np.asarray(each, dtype=np.float64)
-        for each in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
+        np.asarray(values, dtype=np.float64)
+        for values in (viscosity_mPa_s, speed_mm_s, surface_tension_mN_m)
     )
     return np.asarray(viscosity * speed / tension * 1e-3, dtype=np.float64)
 
@@ -48,7 +53,13 @@ def reynolds_number(
     length_um: float,
     viscosity_mPa_s: float,  # noqa: N803
 ) -> float:
-    """Return Re = ρvL/μ, dimensionless."""
+    """Return Re = ρvL/μ, dimensionless.
+
+    Examples
+    --------
+    >>> round(reynolds_number(960, 2.0, 120, 48), 6)
+    0.0048
+    """
     # 1 kg/m³ mm/s µm/(mPa s) is 1e-6.
     return density_kg_m3 * speed_mm_s * length_um / viscosity_mPa_s * 1e-6
 
@@ -79,6 +90,14 @@ class PhysicalScale(Checked):
     ------
     InputError
         A value is missing, not finite or not positive.
+
+    Examples
+    --------
+    >>> scale = PhysicalScale(
+    ...     diameter_um=481, speed_mm_s=1, obstacle_radius_um=85, thickness_um=85,
+    ...     viscosity_mPa_s=48, surface_tension_mN_m=20)
+    >>> round(scale.size_ratio, 3), scale.time_unit_s
+    (5.659, 0.481)
     """
 
     diameter_um: Annotated[Number, _positive("the undeformed droplet's diameter D0 in µm")]
@@ -156,6 +175,7 @@ GROUP_ORIGINS = {
 # pint would calculate what it reads, 9**9**9 too. A power of a unit is one digit.
 _LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
 _FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
+_DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
     rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
@@ -234,6 +254,11 @@ def magnitude_of(name: str, value: Physical, unit: str) -> float:
     ------
     InputError
         It has no unit or the wrong one, or is not finite.
+
+    Examples
+    --------
+    >>> magnitude_of("width", "0.2 mm", "um")
+    200.0
     """
     return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
 
@@ -253,6 +278,11 @@ def unit_factor(name: str, text: str, unit: str) -> float:
     ------
     InputError
         It is no unit, or one of something else.
+
+    Examples
+    --------
+    >>> unit_factor("speed", "m/s", "mm/s")
+    1000.0
     """
     kind, example = KINDS[unit]
     try:
@@ -329,7 +359,10 @@ def blaming_quantities(error: InputError) -> InputError:
 def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:
     got = value if isinstance(value, str) else str(value)
     rule = f"{adjective} {quantity.kind} with its unit"
-    return InputError.of(name, rule, f"'{got}'", f"write it like '{quantity.example}'")
+    advice = f"write it like '{quantity.example}'"
+    if _DECIMAL_COMMA.search(got):
+        advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
+    return InputError.of(name, rule, f"'{got}'", advice)
 
 
 def warn_of_thickness(scale: PhysicalScale) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -16,6 +17,8 @@ Image = NDArray[np.float32]
 
 SAMPLE_SIZE = 24
 """Frames, spread evenly over the clip, from which the background is taken."""
+
+_PAIRED = 4  # every fourth frame of the sample is kept with the next one
 
 _GRID = 16  # the lamp is compared on every 16th pixel of every 16th row
 _ILLUMINATION_SHARE = 0.12  # of the shorter side: how far the light is even
@@ -53,21 +56,47 @@ class Background:
         return float(near.mean()) if near.size else middle
 
 
-def sample(frames: Iterable[Frame]) -> tuple[list[Frame], int]:
-    """Return frames spread evenly over a clip of any length, and how many it has.
+class Sample(NamedTuple):
+    """Frames of a clip.
+
+    Attributes
+    ----------
+    frames : list of Frame
+        Spread evenly over it.
+    pairs : list of (Frame, Frame)
+        Some of them, each with the next one that was read.
+    count : int
+        Frames of the clip that were read.
+    """
+
+    frames: Sequence[Frame]
+    pairs: Sequence[tuple[Frame, Frame]] = ()
+    count: int = 0
+
+
+def sample(frames: Iterable[Frame]) -> Sample:
+    """Return frames spread evenly over a clip of any length.
 
     Every k-th is kept, and k doubles whenever there are twice as many as wanted, so that memory
-    stays bounded.
+    stays bounded; of every fourth of these the next one too.
     """
     kept: list[Frame] = []
+    following: dict[int, Frame] = {}  # by the number of the frame before
     stride, count = 1, 0
+    last: Frame | None = None
     for frame in frames:
+        if last is not None and kept and kept[-1] is last and (len(kept) - 1) % _PAIRED == 0:
+            following[last.number] = frame
         if count % stride == 0:
             kept.append(frame)
             if len(kept) == 2 * SAMPLE_SIZE:
                 kept, stride = kept[::2], 2 * stride
+                firsts = {each.number for each in kept[::_PAIRED]}
+                following = {n: after for n, after in following.items() if n in firsts}
+        last = frame
         count += 1
-    return kept, count
+    pairs = [(each, following[each.number]) for each in kept if each.number in following]
+    return Sample(kept, pairs, count)
 
 
 def median_background(frames: Sequence[Frame]) -> Background:

@@ -1,11 +1,11 @@
-"""Many clips, one process for each, into one folder."""
+"""Many clips, one process for each, into one folder; of few clips the frames side by side."""
 
 from __future__ import annotations
 
-import multiprocessing
+import itertools
 import os
+import shutil
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,8 +19,9 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder
-from pinchoff.video.encounters import encounter_table, write_encounters
+from pinchoff.video.encounters import Laboratory, encounter_table, write_encounters
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.workers import all_done
 from pinchoff.video.writing import require_video_extra
 
 if TYPE_CHECKING:
@@ -94,54 +95,60 @@ def measure_videos(
     overlay : bool, optional
         Whether to write an annotated clip of each.
     processes : int, optional
-        How many clips are measured at the same time; by default one for each core.
+        How many work at the same time, by default one for each core: on clips, or where those
+        are fewer, on the frames of each. The results do not depend on it.
     progress : bool, optional
         Whether to show a bar on stderr.
 
     Returns
     -------
     VideoResult
-        A clip that cannot be read has its ``error``; the others are measured all the same.
+        A clip that cannot be measured has its ``error``; the others are measured all the same.
+        If none can be, nothing is written.
 
     Raises
     ------
     InputError
         There are no clips, or two have the same name.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> settings = po.VideoSettings(pixel_size_um=5.28)
+    >>> found = po.measure_videos(["clip.mp4"], "measured", settings)  # doctest: +SKIP
     """
     require_video_extra("video")
     sources = clip_sources(clips)
     folder = Path(out)
+    processes = thread_count(processes)
+    each = max(1, processes // len(sources))
     jobs = [
-        (source, folder / CLIPS / name, name, settings, overlay) for name, source in sources.items()
+        Job(source, folder / CLIPS / name, name, settings, overlay, each)
+        for name, source in sources.items()
     ]
-    workers = min(thread_count(processes), len(jobs))
+    total = _frame_count(jobs) if progress else None
     outcomes: dict[str, ClipOutcome] = {}
-    with progress_bar(progress, "clips", len(jobs), unit="clips") as show:
-        for outcome in _measured(jobs, workers):
+    with progress_bar(progress, "frames", total, unit="frames") as show:
+        at_once = min(processes, len(jobs))
+        for outcome in all_done(jobs, measure_to_folder, _ended, at_once, show):
             outcomes[outcome.name] = outcome
-            if show is not None:
-                show(len(outcomes))
     ordered = [outcomes[name] for name in sources]
     table = _joined([each for each in ordered if not each.error], folder)
     return VideoResult(folder, ordered, table)
 
 
 def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
-    """Return the clips by their names; a folder that holds videos stands for these.
+    """Return the clips by their names; a folder that holds films or stacks stands for these.
 
     Raises
     ------
     InputError
         There are none, or two have the same name.
     """
-    from pinchoff.video.reading import VIDEO_SUFFIXES
-
     found: dict[str, Path] = {}
     for given in map(Path, clips):
-        inside = sorted(given.iterdir()) if given.is_dir() else []
-        videos = [path for path in inside if path.suffix.lower() in VIDEO_SUFFIXES]
-        for path in videos or [given]:
-            name = path.name if path.is_dir() or not path.stem else path.stem
+        for path in _clips_in(given) or [given]:
+            name = _name_of(path)
             if name in found and found[name] != path:
                 got = f"{found[name]} and {path}"
                 raise InputError.of("clips", "of different names", got, "rename one of them")
@@ -151,46 +158,108 @@ def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
     return found
 
 
-_Job = tuple[Path, Path, str, VideoSettings, bool]
+def _clips_in(folder: Path) -> list[Path]:
+    """Return the films and stacks in a folder; none where it holds single pictures."""
+    from pinchoff.video.formats import STACK_SUFFIXES, VIDEO_SUFFIXES
+    from pinchoff.video.formats.tiff import page_count
+
+    inside = sorted(folder.iterdir()) if folder.is_dir() else []
+    films = [path for path in inside if path.suffix.lower() in VIDEO_SUFFIXES]
+    stacks = [path for path in inside if path.suffix.lower() in STACK_SUFFIXES]
+    return films or (stacks if stacks and page_count(stacks[0]) > 1 else [])
 
 
-def _measured(jobs: Sequence[_Job], workers: int) -> Iterable[ClipOutcome]:
-    if workers <= 1:
-        yield from (measure_to_folder(*job) for job in jobs)
-        return
-    # Not forked: the libraries of video and pictures have threads of their own.
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures = [pool.submit(measure_to_folder, *job) for job in jobs]
+def _name_of(path: Path) -> str:
+    """Return a clip's name in tables and files; one that is a folder's name for sure."""
+    stem = path.name if path.is_dir() else path.stem
+    name = stem if stem.strip(". ") else f"clip {path.name.strip('. ')}"
+    return name.encode("utf-8", "replace").decode()
+
+
+class Job(NamedTuple):
+    """One clip that is to be measured.
+
+    Attributes
+    ----------
+    source, folder : Path
+        The clip, and where its results go.
+    name : str
+    settings : VideoSettings
+    overlay : bool
+        Whether to write an annotated clip.
+    processes : int
+        How many look at its frames at the same time.
+    """
+
+    source: Path
+    folder: Path
+    name: str
+    settings: VideoSettings
+    overlay: bool
+    processes: int = 1
+
+
+def _frame_count(jobs: Sequence[Job]) -> int | None:
+    """Return how many frames there are in all; None where a clip does not say."""
+    from pinchoff.video.scale import clip_of
+
+    total = 0
+    for job in jobs:
         try:
-            for future in as_completed(futures):
-                yield future.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+            count = clip_of(job.source, job.settings).frame_count
+        except Exception:  # whatever is wrong with it is told when its turn comes
+            continue
+        if count is None:
+            return None
+        total += count
+    return total
 
 
 def measure_to_folder(
-    source: Path, folder: Path, name: str, settings: VideoSettings, overlay: bool
+    job: Job, count: Callable[[int], object] = lambda frames: None
 ) -> ClipOutcome:
     """Measure one clip into its folder, unless it is there already.
 
-    The arguments are those of `measure_videos` for one clip. Nothing is raised for a clip that
-    cannot be read.
+    Nothing is raised for a clip that cannot be measured, whatever is wrong with it.
+
+    Parameters
+    ----------
+    job : Job
+    count : callable, optional
+        Called with the number of frames that are done.
     """
+    existed = job.folder.exists()
     try:
-        chosen, corrected = _with_obstacles(folder, settings)
-        mark = clip_folder.fingerprint(source, chosen) + ("" if overlay else " plain")
-        before = clip_folder.finished_result(folder, mark)
+        chosen, corrected = _with_obstacles(job.folder, job.settings)
+        mark = clip_folder.fingerprint(job.source, chosen) + ("" if job.overlay else " plain")
+        before = clip_folder.finished_result(job.folder, mark)
         if before is not None:
-            return ClipOutcome(name, folder, before, reused=True)
-        return ClipOutcome(
-            name, folder, _fresh(source, folder, name, chosen, mark, overlay, corrected)
-        )
-    except (InputError, OSError) as error:
-        with suppress(OSError):
-            folder.rmdir()  # if nothing was written to it
-        return ClipOutcome(name, folder, {}, error=str(error))
+            count(before["frames"])
+            return ClipOutcome(job.name, job.folder, before, reused=True)
+        result = _fresh(job._replace(settings=chosen), mark, corrected, count)
+        return ClipOutcome(job.name, job.folder, result)
+    except Exception as error:  # libraries refuse damaged clips in many ways of their own
+        if not existed:
+            shutil.rmtree(job.folder, ignore_errors=True)
+        return ClipOutcome(job.name, job.folder, {}, error=_reason(job.source, error))
+
+
+def _reason(source: Path, error: Exception) -> str:
+    if isinstance(error, InputError):
+        return str(error)
+    got = " ".join(f"{type(error).__name__}: {error}".split())
+    advice = "see whether a player or Fiji opens it, and save it anew from there"
+    return str(InputError.of(str(source), "a clip that can be measured", got, advice))
+
+
+def _ended(job: Job) -> ClipOutcome:
+    """Return the outcome of a clip whose process ended by itself."""
+    rule, got = "a clip that can be measured", "a process that ended in the middle of it"
+    advice = "it may be damaged, or too large for the memory"
+    error = InputError.of(str(job.source), rule, got, advice)
+    if not (job.folder / clip_folder.RESULT).exists():
+        shutil.rmtree(job.folder, ignore_errors=True)
+    return ClipOutcome(job.name, job.folder, {}, error=str(error))
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
@@ -205,32 +274,38 @@ def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSetting
     return settings.replace(obstacles=clip_folder.read_obstacles(path)), True
 
 
-def _fresh(
-    source: Path,
-    folder: Path,
-    name: str,
-    settings: VideoSettings,
-    mark: str,
-    overlay: bool,
-    corrected: bool,
-) -> dict[str, Any]:
+def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object]) -> dict[str, Any]:
     import cv2
 
+    from pinchoff.video.choice import Choice
     from pinchoff.video.clips import Measured, measure_clip
-    from pinchoff.video.levels import Calibrated
+    from pinchoff.video.scale import clip_of, overlay_fps, scaled
 
     cv2.setNumThreads(1)  # clips run side by side
+    folder, name = job.folder, job.name
+    stamps = clip_folder.file_stamps(job.source)
+    clip = clip_of(job.source, job.settings)
+    settings, _ = scaled(clip, job.settings)
+    fps = overlay_fps(clip)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     recorders: list[clip_folder.ClipRecorder] = []
 
-    def begin(calibrated: Calibrated, obstacles: Any) -> Callable[[Measured], object]:
-        recorders.append(clip_folder.ClipRecorder(folder, name, settings, obstacles, overlay))
-        return recorders[0].append
+    def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
+        shown = fps if job.overlay else None
+        recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
+        recorders.append(recorder)
+        frames = itertools.count(1)
+
+        def record(seen: Measured) -> None:
+            recorder.append(seen)
+            count(next(frames))
+
+        return record
 
     problem: BaseException | None = None
     try:
-        result = measure_clip(source, settings, begin)
+        result = measure_clip(job.source, settings, begin, processes=job.processes)
     except BaseException as error:
         problem = error
         raise
@@ -243,12 +318,16 @@ def _fresh(
         clip_folder.write_obstacles(folder, result.obstacles)
     summary = {
         "fingerprint": mark,
-        "clip": str(source),
+        "clip": str(job.source.resolve()),
+        "files": stamps,
         "frames": result.frame_count,
         "duration_s": result.duration_s,
+        "overlay_fps": fps if job.overlay else None,
         "tracks": result.track_count,
         "obstacles": result.obstacles.tolist(),
-        "thresholds": result.calibrated.thresholds(),
+        "method": result.choice.method,
+        "scores": result.choice.scores(),
+        "thresholds": result.choice.thresholds(),
         "settings": settings.model_dump(mode="json"),
         "warning": result.warning,
     }
@@ -260,13 +339,15 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     """Write the tables of all clips together, and return that of the collisions."""
     import pandas as pd
 
+    if not clips:
+        for empty in (out / CLIPS, out):
+            with suppress(OSError):
+                empty.rmdir()  # unless it holds earlier results
+        return encounter_table([], Laboratory(), "video", "")
     tables = [read_collisions(each.folder / clip_folder.COLLISIONS) for each in clips]
-    if tables:
-        table = pd.concat(tables, ignore_index=True)
-        table["collision_id"] = range(len(table))
-        table.attrs["units"] = tables[0].attrs["units"]
-    else:
-        table = encounter_table([], VideoSettings(pixel_size_um=1.0).laboratory, "video", "")
+    table = pd.concat(tables, ignore_index=True)
+    table["collision_id"] = range(len(table))
+    table.attrs["units"] = tables[0].attrs["units"]
     out.mkdir(parents=True, exist_ok=True)
     write_encounters(table, out / clip_folder.COLLISIONS)
     for name, fields in (

@@ -20,7 +20,6 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, written_aside
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
-from pinchoff.video.reading import DEFAULT_FPS
 from pinchoff.video.settings import VideoSettings
 
 Floats = NDArray[np.float64]
@@ -119,8 +118,8 @@ class ClipRecorder:
     settings : VideoSettings
     obstacles : ndarray, shape (M, 3)
         Pixels.
-    overlay : bool
-        Whether to write an annotated clip too.
+    overlay_fps : float or None
+        Frames a second of the annotated clip; None: none is written.
     """
 
     def __init__(
@@ -129,14 +128,15 @@ class ClipRecorder:
         clip: str,
         settings: VideoSettings,
         obstacles: Floats,
-        overlay: bool,
+        overlay_fps: float | None,
     ) -> None:
-        self._folder, self._clip, self._px = folder, clip, settings.pixel_size_um
+        self._folder, self._clip, self._px = folder, clip, settings.pixel_um
         self._tracks = RowWriter(folder / TRACKS, schema_of(TRACK_FIELDS))
         self._events = RowWriter(folder / EVENTS, schema_of(EVENT_FIELDS))
         self._outlines = _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
-        fps = settings.fps or DEFAULT_FPS
-        self._overlay = OverlayWriter(folder / OVERLAY, obstacles, fps) if overlay else None
+        self._overlay: OverlayWriter | None = None
+        if overlay_fps is not None:
+            self._overlay = OverlayWriter(folder / OVERLAY, obstacles, overlay_fps)
         self._thumbnails = ThumbnailTaker(obstacles)
         self._pictures = folder / THUMBNAILS
         self._pictures.mkdir(exist_ok=True)
@@ -179,7 +179,7 @@ class _OutlineFile:
 
     def __init__(self, path: Path, obstacles: Floats, settings: VideoSettings) -> None:
         self._aside = written_aside(path)
-        parameters = {"pixel_size_um": settings.pixel_size_um, "y_axis": "down"}
+        parameters = {"pixel_size_um": settings.pixel_um, "y_axis": "down"}
         self._writer = OutlineWriter(
             self._aside.__enter__(), obstacles, parameters, units="um", flush=False
         )
@@ -246,21 +246,52 @@ def fingerprint(source: Path, settings: VideoSettings) -> str:
     """Return what changes when a clip, or how it is measured, changes."""
     from pinchoff import __version__
 
+    stamps = file_stamps(source)
+    said = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
+    return hashlib.sha256(said.encode("utf-8", "backslashreplace")).hexdigest()
+
+
+def file_stamps(source: Path) -> list[tuple[str, int, int]]:
+    """Return name, size in bytes and time of change in ns of each file of a clip."""
     files = sorted(source.iterdir()) if source.is_dir() else [source]
-    stats = [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
-    said = json.dumps([__version__, settings.model_dump(mode="json"), stats], sort_keys=True)
-    return hashlib.sha256(said.encode()).hexdigest()
+    return [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
 
 
 def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
-    """Return what `RESULT` holds, if the clip was measured whole and just so."""
+    """Return what `RESULT` holds, if the clip was measured whole and just so; else None."""
     try:
-        result: dict[str, Any] = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        result: Any = json.loads((folder / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    files = (COLLISIONS, TRACKS, EVENTS)
-    there = all((folder / name).exists() for name in files)
-    return result if there and result.get("fingerprint") == mark else None
+    if not isinstance(result, dict) or result.get("fingerprint") != mark:
+        return None
+    try:
+        for name in (COLLISIONS, TRACKS, EVENTS):
+            pq.ParquetFile(folder / name).close()
+    except (OSError, pa.ArrowException):
+        return None  # it is damaged, and measured again
+    return dict(result)
+
+
+def read_result(folder: Path) -> dict[str, Any]:
+    """Return what `RESULT` holds.
+
+    Raises
+    ------
+    InputError
+        There is none, or it is damaged.
+    """
+    advice = "give DIR/clips/NAME, as pinchoff video wrote it"
+    try:
+        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
+        if isinstance(result, dict) and {"clip", "files", "frames", "settings"} <= result.keys():
+            return result
+        got = f"a {RESULT} without its entries"
+    except FileNotFoundError:
+        got = "none"
+    except (OSError, ValueError) as error:
+        got = f"{RESULT}: {error}"
+    raise InputError.of(str(folder), "the folder of a measured clip", got, advice)
 
 
 def write_result(folder: Path, result: dict[str, Any]) -> None:

@@ -10,16 +10,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.video.background import sample
+from pinchoff.video.background import Background, sample
+from pinchoff.video.choice import Choice, choose
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
-from pinchoff.video.levels import Calibrated, calibrate
 from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
-from pinchoff.video.reading import Clip, Frame
-from pinchoff.video.rims import RimSegmenter
-from pinchoff.video.segmentation import Droplet, Segmenter
+from pinchoff.video.reading import Frame
+from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event, Tracker
+from pinchoff.video.workers import segmented
 
 Floats = NDArray[np.float64]
 
@@ -27,7 +28,6 @@ _NOTHING_FOUND = (
     "no droplets were found; look at the smallest diameter and the pixel's size, give edge_level "
     "or clicks, or try packed where droplets fill the view"
 )
-_PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 
 
 class Measured(NamedTuple):
@@ -68,8 +68,8 @@ class ClipResult:
         In the order of their contacts.
     obstacles : ndarray, shape (M, 3)
         Centre x, y and radius, pixels.
-    calibrated : Calibrated
-        Background and thresholds.
+    choice : Choice
+        The method, and what it was chosen from.
     frame_count, track_count : int
     duration_s : float
         Time of the last frame.
@@ -79,7 +79,7 @@ class ClipResult:
 
     encounters: list[Encounter]
     obstacles: Floats
-    calibrated: Calibrated
+    choice: Choice
     frame_count: int
     track_count: int
     duration_s: float
@@ -89,7 +89,9 @@ class ClipResult:
 def measure_clip(
     path: Path,
     settings: VideoSettings,
-    begin: Callable[[Calibrated, Floats], Callable[[Measured], object]] | None = None,
+    begin: Callable[[Choice, Floats], Callable[[Measured], object]] | None = None,
+    *,
+    processes: int = 1,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -103,24 +105,25 @@ def measure_clip(
     begin : callable, optional
         Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
         what it returns is called with every frame that is measured.
+    processes : int, optional
+        How many look for droplets at the same time; the results do not depend on it.
 
     Raises
     ------
     InputError
         The clip cannot be read.
     """
-    clip = Clip(path, settings.fps)
-    frames, _ = sample(clip.frames(sparse=True))
-    calibrated = calibrate(frames, settings)
-    del frames
-    obstacles = clip_obstacles(calibrated, settings)
-    on_frame = None if begin is None else begin(calibrated, obstacles)
-    segmenter = clip_segmenter(calibrated, settings, obstacles)
+    clip = clip_of(path, settings)
+    settings, notes = scaled(clip, settings)
+    choice = choose(sample(clip.frames(sparse=True)), settings)
+    obstacles = clip_obstacles(choice.background, settings)
+    on_frame = None if begin is None else begin(choice, obstacles)
+    segmenter = choice.segmenter
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     count, duration = 0, 0.0
-    for frame in clip.frames():
-        droplets = tracker.resolved(frame.number, segmenter.droplets(frame))
+    for frame, found in segmented(clip.frames(), segmenter, processes):
+        droplets = tracker.resolved(frame.number, found)
         tracks, events = tracker.step(frame.number, droplets)
         over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:
@@ -129,38 +132,28 @@ def measure_clip(
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    warning = clip.warning or ("" if tracker.count else _NOTHING_FOUND)
-    return ClipResult(encounters, obstacles, calibrated, count, tracker.count, duration, warning)
+    notes += [clip.warning] if clip.warning else []
+    warning = "; ".join(notes if tracker.count else [*notes, _NOTHING_FOUND])
+    return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
 
 
-def clip_segmenter(
-    calibrated: Calibrated, settings: VideoSettings, obstacles: Floats
-) -> Segmenter | RimSegmenter:
-    """Return what finds the droplets in the frames of a clip."""
-    if calibrated.levels is not None:
-        return Segmenter(calibrated.background, calibrated.levels)
-    smallest = settings.minimum_diameter_um / settings.pixel_size_um
-    largest = max(smallest, min(calibrated.background.luma.shape) / _PARTS_OF_VIEW)
-    if settings.maximum_diameter_um is not None:
-        largest = settings.maximum_diameter_um / settings.pixel_size_um
-    return RimSegmenter(smallest, largest, settings.rim_contrast, settings.rim_score, obstacles)
-
-
-def clip_obstacles(calibrated: Calibrated, settings: VideoSettings) -> Floats:
+def clip_obstacles(background: Background, settings: VideoSettings) -> Floats:
     """Return the obstacles that the settings give, or else those in the background.
 
-    In a packed scene none are looked for: droplets, too, are dark rings in the background.
+    They are looked for where a radius is given or `find_obstacles` asks for any; otherwise there
+    are none.
     """
     if settings.obstacles is not None:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
     if settings.lattice is not None:
-        height, width = calibrated.background.luma.shape
-        return lattice_obstacles(settings.lattice, settings.pixel_size_um, (width, height))
-    if settings.packed:
-        return np.empty((0, 3))
+        height, width = background.luma.shape
+        return lattice_obstacles(settings.lattice, settings.pixel_um, (width, height))
     radius = settings.laboratory.obstacle_radius_um
-    radius_px = None if radius is None else radius / settings.pixel_size_um
-    found = find_obstacles(calibrated.background, radius_px)
-    if radius_px is not None:
-        found[:, 2] = radius_px  # known better than the blurred edge shows it
+    if radius is None:
+        if not settings.find_obstacles:
+            return np.empty((0, 3))
+        return find_obstacles(background)
+    radius_px = radius / settings.pixel_um
+    found = find_obstacles(background, radius_px)
+    found[:, 2] = radius_px  # known better than the blurred edge shows it
     return found

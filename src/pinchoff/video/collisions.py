@@ -12,8 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
-from pinchoff.video.encounters import RELEASE, Encounter, gap_to_circle, thinnest_neck
-from pinchoff.video.segmentation import Droplet
+from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.encounters import (
+    CONTACT_DISTANCE_UM,
+    RELEASE,
+    Encounter,
+    gap_to_circle,
+    thinnest_neck,
+)
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event
 
@@ -28,13 +35,6 @@ CLIP_ENDED = "the clip ends during the collision"
 NO_APPROACH = "no approach: in contact when first seen"
 
 _LOOKS_KEPT = 128  # frames of a collision that a late break-up can take back
-_FEWEST_FRAMES = 3  # that a velocity is fitted to
-
-
-class _Place(NamedTuple):
-    time_s: float
-    x: float
-    y: float
 
 
 class _Look(NamedTuple):
@@ -49,11 +49,8 @@ class _Meeting:
 
     track: int
     obstacle: int
-    contact: int
-    time_s: float
-    outline: Floats
-    velocity: tuple[float, float]
-    reasons: list[str] = field(default_factory=list)
+    approach: Approach
+    reasons: dict[str, float] = field(default_factory=dict)  # and the last frame of each
     neck: float = math.nan
     shape: float = 1.0
     looks: deque[_Look] = field(default_factory=deque)
@@ -64,33 +61,34 @@ class _Meeting:
         self.looks.append(_Look(frame, neck, shape))
         self.end = frame
         while len(self.looks) > _LOOKS_KEPT:
-            self._settle(self.looks.popleft())
+            self._settle(self.looks.popleft(), self.approach.contact().frame)
 
-    def settle(self, before: float) -> float:
-        """Count the frames before one, forget the others, and return the last neck of these."""
+    def settle(self, contact: int, before: float) -> float:
+        """Count the frames from the contact on and before another one; return the last neck."""
         last = math.nan
         for each in self.looks:
             if each.frame < before:
-                self._settle(each)
+                self._settle(each, contact)
                 last = each.neck
         self.looks.clear()
         return last
 
-    def _settle(self, each: _Look) -> None:
-        self.neck = float(np.fmin(self.neck, each.neck))
-        self.shape = max(self.shape, each.shape)
+    def _settle(self, each: _Look, contact: int) -> None:
+        if each.frame >= contact:
+            self.neck = float(np.fmin(self.neck, each.neck))
+            self.shape = max(self.shape, each.shape)
 
-    def rejected(self, reason: str) -> None:
-        if reason not in self.reasons:
-            self.reasons.append(reason)
+    def rejected(self, reason: str, frame: float = math.inf) -> None:
+        self.reasons[reason] = max(frame, self.reasons.get(reason, 0.0))
 
 
 @dataclass
 class _Follower:
     """What is remembered of one track."""
 
-    places: deque[_Place]
+    places: deque[Place]
     passed: set[int] = field(default_factory=set)  # obstacles at which it, or its mother, has been
+    near: dict[int, Approach] = field(default_factory=dict)  # to obstacles that it has not met
     meetings: list[_Meeting] = field(default_factory=list)
     area: float = math.nan
 
@@ -125,11 +123,13 @@ class CollisionFinder:
     necks : list of NeckSeen
         Of the droplets in contact in the last frame.
     met : list of (int, int)
-        Track and obstacle of the collisions that began in the last frame.
+        Track and obstacle of the collisions whose first contact may be in the last frame.
     """
 
     def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
         self._settings, self._obstacles = settings, obstacles
+        fixed = settings.contact_distance_um
+        self._bound = (CONTACT_DISTANCE_UM if fixed is None else fixed) / settings.pixel_um
         self._tracks: dict[int, _Follower] = {}
         self._times: dict[int, float] = {}  # of the last frames
         self._partings: list[_Parting] = []
@@ -168,7 +168,7 @@ class CollisionFinder:
             if follower is None:
                 length = self._settings.velocity_frames
                 follower = self._tracks[number] = _Follower(deque(maxlen=length))
-            follower.places.append(_Place(time_s, droplet.x, droplet.y))
+            follower.places.append(Place(time_s, droplet.x, droplet.y))
             follower.area = droplet.area
             over += self._looked_at(number, follower, frame, droplet)
         return over
@@ -245,46 +245,50 @@ class CollisionFinder:
         near = np.flatnonzero(
             distances - self._obstacles[:, 2] - reach <= RELEASE * self._obstacles[:, 2]
         )
-        contact_distance = self._settings.contact_distance_um / self._settings.pixel_size_um
         open_ones = {meeting.obstacle: meeting for meeting in follower.meetings}
+        approaches: dict[int, Approach] = {}
         for obstacle in near.tolist():
             gap = gap_to_circle(droplet.outline, self._obstacles[obstacle])
-            if obstacle in open_ones:
-                if gap > RELEASE * self._obstacles[obstacle, 2]:
-                    continue  # over
-                self._go_on(number, open_ones.pop(obstacle), frame, droplet)
-            elif gap <= contact_distance and obstacle not in follower.passed:
-                follower.passed.add(obstacle)
-                meeting = self._met(number, follower, obstacle, frame, droplet)
-                follower.meetings.append(meeting)
-                self.met.append((number, obstacle))
-                self._go_on(number, meeting, frame, droplet)
+            if gap > RELEASE * self._obstacles[obstacle, 2]:
+                continue  # over, if it had begun
+            meeting = open_ones.pop(obstacle, None)
+            if meeting is None and obstacle not in follower.passed:
+                approach = follower.near.get(obstacle) or self._approach(follower)
+                approaches[obstacle] = approach
+                if gap <= self._bound:
+                    meeting = _Meeting(number, obstacle, approach)
+                    follower.meetings.append(meeting)
+                    follower.passed.add(obstacle)
+                else:
+                    approach.add(frame, follower.places[-1], droplet.outline, gap)
+            if meeting is not None:
+                self._go_on(meeting, frame, follower.places[-1], droplet, gap)
+        follower.near = {k: each for k, each in approaches.items() if k not in follower.passed}
         # What is still among the open ones has left its obstacle behind.
         for meeting in open_ones.values():
             follower.meetings.remove(meeting)
         return [self._encounter(meeting, "slipped") for meeting in open_ones.values()]
 
-    @staticmethod
-    def _met(
-        number: int, follower: _Follower, obstacle: int, frame: int, droplet: Droplet
-    ) -> _Meeting:
-        places = follower.places
-        velocity = contact_velocity(places)
-        meeting = _Meeting(number, obstacle, frame, places[-1].time_s, droplet.outline, velocity)
-        if len(places) < _FEWEST_FRAMES:
-            meeting.rejected(NO_APPROACH)
-        return meeting
+    def _approach(self, follower: _Follower) -> Approach:
+        before = list(follower.places)[:-1]
+        fixed = self._settings.contact_distance_um is not None
+        return Approach(before, self._settings.velocity_frames, self._bound, fixed=fixed)
 
-    def _go_on(self, number: int, meeting: _Meeting, frame: int, droplet: Droplet) -> None:
+    def _go_on(
+        self, meeting: _Meeting, frame: int, place: Place, droplet: Droplet, gap: float
+    ) -> None:
+        if not meeting.approach.known:
+            self.met.append((meeting.track, meeting.obstacle))
+        meeting.approach.add(frame, place, droplet.outline, gap)
         if droplet.group >= 0:
-            meeting.rejected(TOUCHING)
+            meeting.rejected(TOUCHING, frame)
         if droplet.cut:
-            meeting.rejected(CUT_BY_FRAME)
+            meeting.rejected(CUT_BY_FRAME, frame)
         thickness, i, j = thinnest_neck(droplet.outline)
         neck = thickness if math.isfinite(thickness) else math.nan
         meeting.look(frame, neck, _core.shape_parameter(droplet.outline))
         if math.isfinite(thickness):
-            self.necks.append(NeckSeen(number, droplet.outline[[i, j]]))
+            self.necks.append(NeckSeen(meeting.track, droplet.outline[[i, j]]))
 
     def _encounter(
         self,
@@ -294,16 +298,21 @@ class CollisionFinder:
         breakup_time_s: float = math.nan,
         areas: Sequence[float] = (math.nan, math.nan),
     ) -> Encounter:
-        px = self._settings.pixel_size_um
-        last_neck = meeting.settle(math.inf if math.isnan(breakup_frame) else breakup_frame)
+        px = self._settings.pixel_um
+        contact = meeting.approach.contact()
+        before = math.inf if math.isnan(breakup_frame) else breakup_frame
+        last_neck = meeting.settle(contact.frame, before)
+        if contact.seen < FEWEST_FRAMES:
+            meeting.rejected(NO_APPROACH)
+        reasons = [each for each, last in meeting.reasons.items() if last >= contact.frame]
         x, y, radius = (self._obstacles[meeting.obstacle] * px).tolist()
         return Encounter(
             obstacle=(x, y, radius),
-            outline=meeting.outline * px,
-            velocity=(meeting.velocity[0] * px * 1e-3, meeting.velocity[1] * px * 1e-3),
-            contact_frame=meeting.contact,
+            outline=contact.outline * px,
+            velocity=(contact.velocity[0] * px * 1e-3, contact.velocity[1] * px * 1e-3),
+            contact_frame=contact.frame,
             end_frame=meeting.end,
-            contact_time_s=meeting.time_s,
+            contact_time_s=contact.time_s,
             outcome=outcome,
             breakup_frame=breakup_frame,
             breakup_time_s=breakup_time_s,
@@ -311,28 +320,7 @@ class CollisionFinder:
             neck=meeting.neck * px,
             breakup_neck=last_neck * px if outcome == "broke" else math.nan,
             maximum_shape_parameter=meeting.shape,
-            reject_reason="; ".join(meeting.reasons),
+            reject_reason="; ".join(reasons),
             track_id=meeting.track,
             obstacle_id=meeting.obstacle,
         )
-
-
-def contact_velocity(places: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
-    """Return the velocity at the last of several places, pixels a second.
-
-    A parabola in time through all of them, by least squares: droplets slow down as they approach.
-    With three places or fewer a straight line; with one, NaN.
-
-    Parameters
-    ----------
-    places : sequence of (time in s, x, y)
-    """
-    times = np.array([place[0] for place in places])
-    if len(times) < 2:
-        return math.nan, math.nan
-    since = times - times[-1]
-    powers = np.vander(since, 3 if len(times) > _FEWEST_FRAMES else 2, increasing=True)
-    where = np.array([place[1:] for place in places])
-    fit, *_ = np.linalg.lstsq(powers, where, rcond=None)
-    vx, vy = fit[1].tolist()
-    return vx, vy

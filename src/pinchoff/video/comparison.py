@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,8 +22,15 @@ from pinchoff.model.simulation import Collision, simulate
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
-from pinchoff.video.encounters import gap_to_circle
+from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
+from pinchoff.video.encounters import (
+    CONTACT_DISTANCE_UM,
+    Encounter,
+    along_flow,
+    gap_to_circle,
+)
 from pinchoff.video.microscope.passages import Passage
+from pinchoff.video.settings import VideoSettings
 
 Floats = NDArray[np.float64]
 
@@ -31,8 +38,17 @@ _LEAST_OFFSET, _MOST_OFFSET = 1e-3, 2.0  # D0, between which the start is looked
 _TOLERANCE = 1e-4  # of the offset, D0
 _GRAZING = 0.01  # S, below which it tells little
 _FEWEST_FRAMES = 3  # that are compared
-_SPEED_ROUNDS = 4  # until speed at contact and capillary number agree
 _AFTER_S = 0.3  # that is compared after the collision's end, seconds
+
+
+_CIRCLE = ("obstacle_x_um", "obstacle_y_um", "obstacle_radius_um")
+_TOLD_THERE = (
+    *("capillary_number", "symmetry", "impact_parameter", "speed_mm_s", "size_ratio"),
+    *("area_um2", "contact_time_s", "contact_frame", "flow_direction_deg", "side"),
+)
+
+ROUNDS = 4
+"""Until speed at contact and capillary number agree."""
 
 
 class _Contact(NamedTuple):
@@ -57,7 +73,7 @@ class Comparison:
     Attributes
     ----------
     row : dict
-        The collision, as in its table.
+        The collision, as in its table, but speed, S and b where it comes near.
     run : Collision
         Its simulation.
     contact : NamedTuple
@@ -66,6 +82,8 @@ class Comparison:
         The simulation placed in the image and in time.
     source : Path
         The clip.
+    settings : VideoSettings
+        How it was measured.
     frames : ndarray of int, shape (n,)
         Frames that are compared.
     filmed, simulated : ndarray, shape (n, 2)
@@ -79,6 +97,7 @@ class Comparison:
     contact: _Contact
     passage: Passage
     source: Path
+    settings: VideoSettings
     frames: NDArray[np.int64]
     filmed: Floats
     simulated: Floats
@@ -120,12 +139,18 @@ class Comparison:
         }
 
 
-def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comparison:
+def compare_collision(
+    folder: str | os.PathLike[str],
+    collision_id: int,
+    *,
+    progress: Callable[[int], object] | None = None,
+) -> Comparison:
     """Simulate a measured collision from its own numbers and compare the two.
 
-    D0/R, the droplet's speed at contact and the fluids' properties are those measured. The
-    flow's speed is solved for, so that the simulated droplet has the measured speed at contact,
-    and the start's offset, so that it has the measured S; where S is 0, the measured b.
+    D0/R, the droplet's speed and the fluids' properties are those measured. The flow's speed is
+    solved for, so that the simulated droplet is as fast, and the start's offset, so that it has
+    the measured S; where S is 0, the measured b. All this is where the droplet comes within 16 µm
+    of the obstacle, or the contact distance that is set: there film and simulation are told alike.
 
     Parameters
     ----------
@@ -133,6 +158,8 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         Folder of a clip that `measure_videos` wrote, ``DIR/clips/NAME``.
     collision_id : int
         As in the clip's own table.
+    progress : callable, optional
+        Called with how many of `ROUNDS` are done.
 
     Returns
     -------
@@ -146,12 +173,14 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         A guard stopped the simulation.
     """
     place = Path(folder)
+    result = clip_folder.read_result(place)
     row = _row(place, collision_id)
-    result = json.loads((place / clip_folder.RESULT).read_text(encoding="utf-8"))
-    pixel_um = float(result["settings"]["pixel_size_um"])
-    run, contact, flow_mm_s = _simulated(row, result["settings"]["contact_distance_um"])
-    passage = _placed(run, contact, row, flow_mm_s, pixel_um)
+    settings = _unchanged_settings(place, result)
+    pixel_um = settings.pixel_um
     seen = _filmed(place, row)
+    row = _at_distance(row, seen, settings)
+    run, contact, flow_mm_s = _simulated(row, settings, progress or (lambda done: None))
+    passage = _placed(run, contact, row, flow_mm_s, pixel_um)
     passage = _in_time(passage, seen, pixel_um)
     filmed, simulated = _both(passage, seen, pixel_um)
     if len(filmed) < _FEWEST_FRAMES:
@@ -159,7 +188,7 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         raise InputError.of("--collision", rule, got, "choose another")
 
     def centres(outlines: list[Floats]) -> Floats:
-        return _along_flow(np.array([_core.centroid(each) for each in outlines]), row)
+        return along_flow(np.array([_core.centroid(each) for each in outlines]), row)
 
     return Comparison(
         row=row,
@@ -167,12 +196,31 @@ def compare_collision(folder: str | os.PathLike[str], collision_id: int) -> Comp
         contact=contact,
         passage=passage,
         source=Path(result["clip"]),
+        settings=settings,
         frames=np.array([frame for frame, _, _ in seen[: len(filmed)]]),
         filmed=centres(filmed),
         simulated=centres(simulated),
         filmed_shape=np.array([_core.shape_parameter(each) for each in filmed]),
         simulated_shape=np.array([_core.shape_parameter(each) for each in simulated]),
     )
+
+
+def _unchanged_settings(folder: Path, result: dict[str, Any]) -> VideoSettings:
+    """Return how a clip was measured, once it is known to be the same that was measured.
+
+    Raises
+    ------
+    InputError
+        The clip is not there any more, or is another than was measured.
+    """
+    source, settings = Path(result["clip"]), VideoSettings(**result["settings"])
+    advice = "put it back, or measure it again with pinchoff video"
+    if not source.exists():
+        raise InputError.of(str(source), "the clip that was measured", "nothing there", advice)
+    if clip_folder.file_stamps(source) != [tuple(each) for each in result["files"]]:
+        got = "one that has changed since"
+        raise InputError.of(str(source), "the clip that was measured", got, advice)
+    return settings
 
 
 _Seen = list[tuple[int, float, Floats]]
@@ -213,9 +261,6 @@ def _in_time(passage: Passage, seen: _Seen, pixel_um: float) -> Passage:
 
 
 def _row(folder: Path, collision_id: int) -> dict[str, Any]:
-    if not (folder / clip_folder.RESULT).exists():
-        got, advice = "none", "give DIR/clips/NAME, as pinchoff video wrote it"
-        raise InputError.of(str(folder), "the folder of a measured clip", got, advice)
     table = read_collisions(folder / clip_folder.COLLISIONS)
     rows: list[Any] = table[table["collision_id"] == collision_id].to_dict("records")
     if not rows:
@@ -227,6 +272,41 @@ def _row(folder: Path, collision_id: int) -> dict[str, Any]:
             advice = "measure with --viscosity and --surface-tension, or choose another"
             raise InputError.of("--collision", f"one with a {name}", "NaN", advice)
     return row
+
+
+def _at_distance(row: dict[str, Any], seen: _Seen, settings: VideoSettings) -> dict[str, Any]:
+    """Return a row as it is where the droplet comes near, rather than where it touches.
+
+    Within a frame of the touch it loses much of its speed; so film and simulation are told alike
+    at a distance that both cross at a steady pace.
+    """
+    bound = _distance_um(settings)
+    circle = tuple(float(row[name]) for name in _CIRCLE)
+    approach = Approach([], settings.velocity_frames, bound, fixed=True)
+    for frame, time, outline in seen:
+        place = Place(time, *_core.centroid(outline))
+        approach.add(frame, place, outline, gap_to_circle(outline, circle))
+    if not approach.known:
+        return row
+    contact = approach.contact()
+    if contact.seen < FEWEST_FRAMES:
+        return row
+    encounter = Encounter(
+        obstacle=(circle[0], circle[1], circle[2]),
+        outline=contact.outline,
+        velocity=(contact.velocity[0] * 1e-3, contact.velocity[1] * 1e-3),
+        contact_frame=contact.frame,
+        end_frame=int(row["end_frame"]),
+        contact_time_s=contact.time_s,
+        outcome=str(row["outcome"]),
+    )
+    there = encounter.row(settings.laboratory)
+    return {**row, **{name: there[name] for name in _TOLD_THERE}}
+
+
+def _distance_um(settings: VideoSettings) -> float:
+    fixed = settings.contact_distance_um
+    return CONTACT_DISTANCE_UM if fixed is None else fixed
 
 
 def _contact(run: Collision, distance: float) -> _Contact | None:
@@ -245,27 +325,30 @@ def _contact(run: Collision, distance: float) -> _Contact | None:
     return None
 
 
-def _simulated(row: dict[str, Any], distance_um: float) -> tuple[Collision, _Contact, float]:
+def _simulated(
+    row: dict[str, Any], settings: VideoSettings, progress: Callable[[int], object]
+) -> tuple[Collision, _Contact, float]:
     """Return the run, its contact, and the flow's speed in mm/s that gives it the droplet's."""
     speed = 1.0
-    for _ in range(_SPEED_ROUNDS):
+    for done in range(ROUNDS):
         capillary = float(row["capillary_number"]) / speed / CA_PER_CA_SIM
-        run, contact = _matched(row, capillary, distance_um)
+        run, contact = _matched(row, capillary, settings)
         speed = contact.speed
+        progress(done + 1)
     return run, contact, float(row["speed_mm_s"]) / speed
 
 
 def _matched(
-    row: dict[str, Any], capillary: float, distance_um: float
+    row: dict[str, Any], capillary: float, settings: VideoSettings
 ) -> tuple[Collision, _Contact]:
     """Return the run that starts so that it has the measured S, or b where S is 0."""
     base = Parameters(size_ratio=float(row["size_ratio"]), simulation_capillary_number=capillary)
-    distance = distance_um / float(row["size_ratio"] * row["obstacle_radius_um"])
+    diameter_um = float(row["size_ratio"] * row["obstacle_radius_um"])
     by_symmetry = float(row["symmetry"]) > _GRAZING
 
     def tried(offset: float) -> tuple[Collision, _Contact | None]:
         run = simulate(base.replace(offset=offset), outlines=SAMPLE_INTERVAL)
-        return run, _contact(run, distance)
+        return run, _contact(run, _distance_um(settings) / diameter_um)
 
     def excess(offset: float) -> float:
         contact = tried(offset)[1]
@@ -314,11 +397,3 @@ def _filmed(folder: Path, row: dict[str, Any]) -> _Seen:
             if droplet.droplet_id == row["track_id"] and whole:
                 found.append((int(frames[round(time, 9)]), time, droplet.vertices))
     return found
-
-
-def _along_flow(points: Floats, row: dict[str, Any]) -> Floats:
-    """Return image points in µm relative to the obstacle, x along the flow, y to its left."""
-    angle = math.radians(float(row["flow_direction_deg"]))
-    x, y = (points - (row["obstacle_x_um"], row["obstacle_y_um"])).T
-    cosine, sine = math.cos(angle), math.sin(angle)
-    return np.column_stack([cosine * x + sine * y, sine * x - cosine * y])

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -35,8 +35,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CONTACT_DISTANCE_UM = 16.0
-"""A droplet whose outline comes this near to an obstacle is in contact with it, µm: 3 pixels of
-the paper's camera. A film of oil keeps them apart; in the simulation it is the wall."""
+"""A droplet whose outline stops closing the gap this near to an obstacle has met it, µm: 3 pixels
+of the paper's camera. A film of oil keeps them apart; in the simulation it is the wall."""
 
 RELEASE = 1.0
 """A collision is over when the droplet is this many obstacle radii away."""
@@ -287,3 +287,11 @@ def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
     along = -np.einsum("ij,ij->i", start, edge) / np.where(squared > 0.0, squared, 1.0)
     nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
     return float(np.sqrt(np.einsum("ij,ij->i", nearest, nearest).min()) - circle[2])
+
+
+def along_flow(points: Floats, row: Mapping[str, Any]) -> Floats:
+    """Return image points in µm relative to a row's obstacle, x along the flow, y to its left."""
+    angle = math.radians(float(row["flow_direction_deg"]))
+    x, y = (points - (row["obstacle_x_um"], row["obstacle_y_um"])).T
+    cosine, sine = math.cos(angle), math.sin(angle)
+    return np.column_stack([cosine * x + sine * y, sine * x - cosine * y])

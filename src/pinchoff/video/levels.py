@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from pinchoff.support.errors import InputError
 from pinchoff.video.background import Background, masked_background, median_background
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.methods.rings import Levels, RingSegmenter
 from pinchoff.video.profiles import REACHES, across, apparent_width, fit_ring, mean_profile
 from pinchoff.video.reading import Frame
-from pinchoff.video.segmentation import Droplet, Levels, Segmenter
 from pinchoff.video.settings import VideoSettings
 
 T = TypeVar("T")
@@ -44,18 +45,14 @@ class Calibrated(NamedTuple):
     Attributes
     ----------
     background : Background
-    levels : Levels or None
-        None where droplets are told by their rims alone.
+    levels : Levels
     """
 
     background: Background
-    levels: Levels | None
+    levels: Levels
 
     def thresholds(self) -> dict[str, Any]:
         """Return what followed from the image, by name and unit."""
-        noise = {"noise_grey_levels": self.background.noise}
-        if self.levels is None:
-            return noise
         return {
             "ring_grey_levels": self.levels.ring,
             "edge_level": self.levels.edge,
@@ -63,7 +60,7 @@ class Calibrated(NamedTuple):
             "inner_edge_level": self.levels.hole,
             "ring_width_px": self.levels.ring_width,
             "interior_colour_yuv": self.levels.colour.tolist(),
-            **noise,
+            "noise_grey_levels": self.background.noise,
         }
 
 
@@ -77,8 +74,6 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         What they say is taken as it is.
     """
     background = median_background(frames)
-    if settings.packed:
-        return Calibrated(background, None)
     levels = Levels(
         ring=settings.ring_darkness or _ring(frames, background),
         edge=settings.edge_level or _FIRST_EDGE,
@@ -92,7 +87,7 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
     for some in (frames[::2], frames):
         levels = replace(levels, colour=_colour(some, background, levels, settings))
         levels = replace(levels, hole=settings.inner_edge_level or _hole(levels, first_hole))
-        segmenter = Segmenter(background, levels)
+        segmenter = RingSegmenter(background, levels)
         found = [segmenter.droplets(frame) for frame in some]
         if len(some) > 2:
             masks = [
@@ -113,7 +108,7 @@ def _at_ring(
     settings: VideoSettings,
 ) -> Levels:
     """Return the levels with the edge and the width that the rings of a sample have."""
-    segmenter = Segmenter(background, levels)
+    segmenter = RingSegmenter(background, levels)
     for reach in REACHES:
         places, examples = across(reach), _examples(found, reach)
         profiles = _profiles(frames, examples, segmenter, background, places)
@@ -128,7 +123,7 @@ def _at_ring(
         if width > 0.0:
             break  # else the ring is wider than the profiles reach
     if settings.ring_width_um is not None:
-        width = settings.ring_width_um / settings.pixel_size_um
+        width = settings.ring_width_um / settings.pixel_um
     return replace(levels, ring_width=width)
 
 
@@ -163,7 +158,7 @@ def _colour(
     if settings.clicks:
         return _clicked(frames, background, settings)
     # Spots that are all ring have no interior.
-    segmenter = Segmenter(background, replace(levels, colour=np.zeros(3), ring_width=0.0))
+    segmenter = RingSegmenter(background, replace(levels, colour=np.zeros(3), ring_width=0.0))
     seen = []
     for frame in _few(frames):
         found = segmenter.droplets(frame)
@@ -180,7 +175,7 @@ def _colour(
 def _first_hole(frames: Sequence[Frame], background: Background, levels: Levels) -> float:
     """Return the lowest level above `edge` at which rings enclose anything; 0 if `edge` does."""
     for hole in (0.0, *_HIGHER_HOLES):
-        segmenter = Segmenter(background, replace(levels, hole=hole))
+        segmenter = RingSegmenter(background, replace(levels, hole=hole))
         if any(segmenter.droplets(frame) for frame in _few(frames)):
             return hole
     return 0.0
@@ -276,7 +271,7 @@ def _curvature(outlines: Sequence[Floats]) -> float:
 def _profiles(
     frames: Sequence[Frame],
     outlines: Sequence[Sequence[Floats]],
-    segmenter: Segmenter,
+    segmenter: RingSegmenter,
     background: Background,
     places: Floats,
 ) -> list[Floats]:

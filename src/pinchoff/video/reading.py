@@ -1,13 +1,12 @@
 """Reading clips: frames in sequence, each with the time at which it is shown.
 
-A clip is a video file that PyAV opens, a multi-page TIFF or a folder of images. Every frame comes
-as brightness at full resolution and colour at half of it, whatever the file holds.
+A clip is a film, a TIFF stack, a file of a microscope or a folder of pictures
+(`pinchoff.video.formats`). Every frame comes as brightness at full resolution and colour at half
+of it, whatever the file holds.
 """
 
 from __future__ import annotations
 
-import re
-import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,18 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.writing import require_video_extra
-
-Pixels = NDArray[np.uint8]
-
-IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv")
+from pinchoff.video.formats import opened
+from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
+from pinchoff.video.formats.source import CHOICE, About, Pixels, Planes, Source
+from pinchoff.video.formats.whitepoint import BYTES, Range, range_of, to_bytes, without_gaps
 
 DEFAULT_FPS = 60.0
-"""Frames a second of images without times, unless said otherwise [paper, sec. 2]."""
+"""Frames a second of pictures without times, unless said otherwise [paper, sec. 2]."""
 
-_PLANAR = ("yuv420p", "yuvj420p")
-_CHOICE = "give a video, a multi-page TIFF or a folder of images"
+Crop = tuple[int, int, int, int]
+"""Left, top, width and height of a part of the picture, pixels; left and top even."""
 
 
 class Frame(NamedTuple):
@@ -63,9 +60,17 @@ class Clip:
         The file or folder.
     fps : float, optional
         Frames a second; by default the times are those that the file gives.
+    frames_wanted : FrameRange, optional
+        Which frames are read; they keep their numbers and times.
+    crop : (int, int, int, int), optional
+        Left, top, width and height of the part that is read, pixels.
+    channel : str, optional
+        Name or number of a channel, or red, green or blue.
 
     Attributes
     ----------
+    about : About
+        What the file says of itself.
     warning : str
         What went wrong while it was last read; empty when nothing did.
 
@@ -77,16 +82,49 @@ class Clip:
 
     path: Path
     fps: float | None = None
+    frames_wanted: FrameRange = ALL_FRAMES
+    crop: Crop | None = None
+    channel: str | None = None
     warning: str = field(default="", init=False)
+    _source: Source = field(init=False, repr=False)
+    _range: Range | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not self.path.exists():
-            raise InputError.of(str(self.path), "an existing clip", "nothing there", _CHOICE)
+        self._source = opened(self.path, self.channel)
+        about = self._source.about
+        if self.crop is not None:
+            left, top, width, height = self.crop
+            if left + width > about.width or top + height > about.height:
+                rule = f"within {about.width} × {about.height} pixels"
+                raise InputError.of("crop", rule, str(self.crop), "make it smaller")
+        if not (self.fps or about.fps or about.timed or not _is_film(self.path)):
+            rule, got = "given for a film without times", "nothing"
+            raise InputError.of(
+                "fps", rule, got, f"say at how many frames a second {self.path} was taken"
+            )
 
     @property
     def name(self) -> str:
         """The clip's name in tables and files."""
         return self.path.name if self.path.is_dir() else self.path.stem
+
+    @property
+    def about(self) -> About:
+        """What the file says of itself."""
+        return self._source.about
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of what is read, pixels."""
+        if self.crop is not None:
+            return self.crop[2], self.crop[3]
+        return self.about.width, self.about.height
+
+    @property
+    def frame_count(self) -> int | None:
+        """How many frames are read, where the file says it."""
+        count = self.about.count
+        return None if count is None else self.frames_wanted.count(count)
 
     def frames(self, *, sparse: bool = False) -> Iterator[Frame]:
         """Read all frames in sequence; one is held at a time.
@@ -94,8 +132,7 @@ class Clip:
         Parameters
         ----------
         sparse : bool, optional
-            Whether frames on which no others depend may be left out, which is faster; the others
-            are numbered by their times, at the file's mean rate.
+            Whether frames may be left out where that is faster; the others keep their numbers.
 
         Yields
         ------
@@ -104,122 +141,83 @@ class Clip:
         Raises
         ------
         InputError
-            Not even the first frame can be read. What can be read of a damaged file is read, and
-            `warning` says where it ended.
+            Not even one frame can be read. What can be read of a damaged file is read, and
+            `warning` says what was left out.
         """
         self.warning = ""
-        if self.path.is_dir():
-            reader = self._images(_image_files(self.path))
-        elif self.path.suffix.lower() in IMAGE_SUFFIXES:
-            reader = self._pages()
-        else:
-            reader = self._video(sparse)
-        size = None
-        for frame in reader:
-            size = size or frame.luma.shape
-            if frame.luma.shape != size:
-                self.warning = f"frame {frame.number} has another size; what follows was left out"
-                return
-            yield frame
-        if size is None:
-            raise InputError.of(
-                str(self.path), "a clip with frames", self.warning or "none", _CHOICE
-            )
-
-    def _video(self, sparse: bool) -> Iterator[Frame]:
-        av = require_video_extra("video")
+        shape, gaps = None, 0
         try:
-            container = av.open(str(self.path))
-        except (av.FFmpegError, OSError, ValueError) as error:
-            got = str(getattr(error, "strerror", None) or error)
-            raise InputError.of(str(self.path), "a readable video", got, _CHOICE) from None
-        with container:
-            if not container.streams.video:
-                raise InputError.of(str(self.path), "a video", "no pictures in it", _CHOICE)
-            stream = container.streams.video[0]
-            stream.codec_context.thread_type = "SLICE"
-            stream.codec_context.thread_count = 1  # clips run side by side, one a core
-            if sparse:
-                stream.codec_context.skip_frame = "NONREF"
-            rate = float(stream.average_rate or DEFAULT_FPS)
-            start = None
-            index = 0
-            try:
-                for picture in container.decode(stream):
-                    time = index / rate if picture.time is None else picture.time
-                    start = time if start is None else start
-                    number = round((time - start) * rate) if sparse else index
-                    shown = number / self.fps if self.fps else time - start
-                    yield Frame(number, float(shown), *_planes(picture))
-                    index += 1
-            except (av.FFmpegError, ValueError) as error:
-                self.warning = f"damaged after frame {index - 1}: {error}"
+            for number, time, image in self._source.pictures(sparse=sparse):
+                if self.frames_wanted.ends_before(number):
+                    break
+                if not self.frames_wanted.holds(number):
+                    continue
+                planes, lost = self._planes(image)
+                gaps += lost
+                if shape is not None and planes.luma.shape != shape:
+                    self._source.problems.note(
+                        f"from frame {number} on it has another size: left out"
+                    )
+                    break
+                shape = planes.luma.shape
+                yield Frame(number, self._time(number, time), *planes)
+            if gaps:
+                self._source.problems.note(
+                    f"{gaps} values are no numbers: the median of their frame stands for them"
+                )
+        finally:
+            self.warning = str(self._source.problems)
+        if shape is None:
+            got = self.warning or "none"
+            if self.frames_wanted != ALL_FRAMES:
+                got = f"none of {self.about.count or 'its'} frames"
+            raise InputError.of(str(self.path), "a clip with frames", got, CHOICE)
 
-    def _images(self, files: list[Path]) -> Iterator[Frame]:
-        depth = None
-        for index, path in enumerate(files):
-            image = cv2.imdecode(np.fromfile(path, dtype=np.uint8), cv2.IMREAD_UNCHANGED)
-            if image is None:
-                self.warning = f"{path.name} is no image; what follows was left out"
-                return
-            depth = depth or _bit_depth(image)
-            yield Frame(index, index / (self.fps or DEFAULT_FPS), *_split(image, depth))
+    def _time(self, number: int, time: float | None) -> float:
+        if self.fps or time is None:
+            return number / (self.fps or self.about.fps or DEFAULT_FPS)
+        return time
 
-    def _pages(self) -> Iterator[Frame]:
-        count = cv2.imcount(str(self.path))
-        depth = None
-        for index in range(count):
-            found, pages = cv2.imreadmulti(str(self.path), index, 1, flags=cv2.IMREAD_UNCHANGED)
-            if not found:
-                self.warning = f"page {index} cannot be read; what follows was left out"
-                return
-            depth = depth or _bit_depth(pages[0])
-            yield Frame(index, index / (self.fps or DEFAULT_FPS), *_split(pages[0], depth))
+    def _planes(self, image: Planes | NDArray[Any]) -> tuple[Planes, int]:
+        gaps = 0
+        if not isinstance(image, Planes):
+            image, gaps = without_gaps(image)
+            values = BYTES if image.dtype == np.uint8 else self._values()
+            image = _split(to_bytes(image, values))
+        if self.crop is None:
+            return image, gaps
+        left, top, width, height = self.crop
+        luma = np.ascontiguousarray(image.luma[top : top + height, left : left + width])
+        chroma = image.chroma
+        if chroma is not None:
+            rows = slice(top // 2, top // 2 + -(-height // 2))
+            columns = slice(left // 2, left // 2 + -(-width // 2))
+            chroma = np.ascontiguousarray(chroma[:, rows, columns])
+        return Planes(luma, chroma), gaps
 
-
-def _image_files(folder: Path) -> list[Path]:
-    files = [path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES]
-
-    def natural(path: Path) -> list[Any]:
-        return [int(s) if s.isdigit() else s for s in re.split(r"(\d+)", path.name)]
-
-    return sorted(files, key=natural)
-
-
-def _planes(picture: Any) -> tuple[Pixels, Pixels | None]:
-    grey = picture.format.name.startswith(("gray", "mono"))
-    if grey:
-        return np.ascontiguousarray(picture.to_ndarray(format="gray")), None
-    if picture.format.name not in _PLANAR:
-        picture = picture.reformat(format="yuv420p")
-    luma, *chroma = (_plane(plane) for plane in picture.planes)
-    return luma, np.stack(chroma)
+    def _values(self) -> Range:
+        """Return what is black and white in this clip; that takes one reading, once."""
+        if self._range is None:
+            source = opened(self.path, self.channel)
+            images = (each.image for each in source.pictures())
+            self._range = range_of(each for each in images if not isinstance(each, Planes))
+        return self._range
 
 
-def _plane(plane: Any) -> Pixels:
-    # Rows are padded; the copy outlives the decoder's buffer.
-    rows = np.frombuffer(plane, dtype=np.uint8).reshape(plane.height, plane.line_size)
-    return np.ascontiguousarray(rows[:, : plane.width])
+def _is_film(path: Path) -> bool:
+    from pinchoff.video.formats import IMAGE_SUFFIXES, STACK_SUFFIXES
+
+    still = (*IMAGE_SUFFIXES, *STACK_SUFFIXES, ".nd2", ".czi")
+    return not path.is_dir() and path.suffix.lower() not in still
 
 
-def _bit_depth(image: NDArray[Any]) -> int:
-    """Return the number of bits that a camera filled: 12 bits are often stored in 16."""
-    if image.dtype == np.uint8:
-        return 8
-    return min(16, max(8, 2 * -(-int(image.max()).bit_length() // 2)))
-
-
-def _split(image: NDArray[Any], depth: int) -> tuple[Pixels, Pixels | None]:
-    if image.dtype != np.uint8:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)
-            image = np.clip(image * 2.0 ** (8 - depth), 0, 255)
-        image = np.nan_to_num(image).astype(np.uint8)
+def _split(image: Pixels) -> Planes:
+    """Return brightness and colour of a picture, (height, width) or (height, width, 3)."""
     if image.ndim == 2:
-        return np.ascontiguousarray(image), None
-    yuv = cv2.cvtColor(np.ascontiguousarray(image[:, :, :3]), cv2.COLOR_BGR2YUV)
+        return Planes(np.ascontiguousarray(image), None)
+    yuv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2YUV)
     height, width = yuv.shape[:2]
     half = (-(-width // 2), -(-height // 2))
     chroma = cv2.resize(yuv[:, :, 1:], half, interpolation=cv2.INTER_AREA)
     luma = np.ascontiguousarray(yuv[:, :, 0])
-    return luma, np.ascontiguousarray(np.moveaxis(chroma, 2, 0))
+    return Planes(luma, np.ascontiguousarray(np.moveaxis(chroma, 2, 0)))

@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, model_validator
 
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 from pinchoff.support.errors import InputError
-from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.video.encounters import Laboratory
+from pinchoff.video.formats.selection import FrameRange
+from pinchoff.video.formats.source import SMALLEST_SIDE
 
 SMALLEST_RIM_PX = 8.0
 """Smallest diameter of droplets that are told by their rims alone, pixels."""
 
+SMALLEST_DROPLET_PX = 11.0
+"""Smallest diameter that is looked for unless one is given, pixels: a rim and an inside show."""
 
+METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
+"""Segmentations, by name."""
+
+
+_Even: TypeAlias = Annotated[WholeNumber, Field(ge=0, multiple_of=2)]
+_Side: TypeAlias = Annotated[WholeNumber, Field(ge=SMALLEST_SIDE)]
 _Level: TypeAlias = Annotated[Number, Field(ge=0, le=255)]
 
 
@@ -58,10 +69,17 @@ class VideoSettings(Checked):
 
     Parameters
     ----------
-    pixel_size_um : float
-        Side of a pixel in the chamber, µm.
+    pixel_size_um : float, optional
+        Side of a pixel in the chamber, µm; by default what the file's tags say.
     fps : float, optional
         Frames a second; by default the times that the clip gives, or 60 for images.
+    frames : str, optional
+        Which frames are measured, ``START:STOP`` or ``START:STOP:STEP``; they keep their numbers.
+    crop : (left, top, width, height), optional
+        Part of the picture that is measured, pixels; left and top are even. All places are then
+        counted from its corner.
+    channel : str, optional
+        Which of several channels, by its name or number, or red, green or blue of a colour film.
     edge_level : float, optional
         Where the outline lies, as a fraction of the ring's darkness from the fluid's 0 to the
         ring's 1; by default the darkness at the outer edge of a blurred ring that is fitted to it.
@@ -100,10 +118,11 @@ class VideoSettings(Checked):
     lattice : Lattice, optional
         A regular array of them instead; as a table in TOML, or behind ``--set`` as
         ``lattice={pitch_um=900, radius_um=85, x_px=320, y_px=256}``.
-    contact_distance_um : float
-        An outline that comes this near to an obstacle is in contact, µm.
+    contact_distance_um : float, optional
+        An outline that comes this near to an obstacle is in contact, µm; by default the contact is
+        where the gap stops closing, if that is nearer than 16 µm.
     velocity_frames : int
-        Frames up to the contact to which the velocity is fitted.
+        Frames up to the contact to which the velocity is fitted; half as many after it help.
     maximum_step_px : float, optional
         Largest displacement of a droplet between two frames, pixels, beyond that of its own
         motion; by default half its diameter.
@@ -120,8 +139,21 @@ class VideoSettings(Checked):
         A value is missing, out of its range or of the wrong type.
     """
 
-    pixel_size_um: Number = number(1e-3, 1e4, "the side of a pixel in µm")
+    pixel_size_um: Number | None = explained(
+        "a finite number from 0.001 to 10000",
+        "the side of a pixel in µm",
+        ge=1e-3,
+        le=1e4,
+        default=None,
+    )
     fps: Number | None = _derived(1e-3, 1e6, "frames a second")
+    frames: str | None = explained("START:STOP or START:STOP:STEP", "a range", default=None)
+    crop: tuple[_Even, _Even, _Side, _Side] | None = explained(
+        "left, top, width and height in pixels, the first two even",
+        f"a part of {SMALLEST_SIDE} × {SMALLEST_SIDE} pixels or more",
+        default=None,
+    )
+    channel: str | None = explained("a name or number", "one of the clip's channels", default=None)
     edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     pale_edge_level: Number | None = _derived(0.05, 0.95, "a fraction of the ring's darkness")
     inner_edge_level: Number | None = _derived(0.05, 0.99, "a fraction of the ring's darkness")
@@ -134,18 +166,26 @@ class VideoSettings(Checked):
     clicks: tuple[tuple[WholeNumber, Number, Number], ...] = explained(
         "a list of [frame, x, y]", "places inside droplets", default=()
     )
-    minimum_diameter_um: Number = number(0.0, 1e5, "the smallest droplet in µm", default=60.0)
+    minimum_diameter_um: Number | None = _derived(0.0, 1e5, "the smallest droplet in µm")
+    method: str | None = explained(
+        "one of " + ", ".join(METHOD_NAMES), "how droplets are told", default=None
+    )
     packed: bool = explained("true or false", "whether droplets fill the view", default=False)
     maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
     rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
     rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
+    find_obstacles: bool = explained(
+        "true or false", "whether pillars of any radius are looked for", default=False
+    )
     obstacles: tuple[tuple[Number, Number, Annotated[Number, Field(gt=0)]], ...] | None = explained(
         "a list of [x, y, radius] in pixels", "where the obstacles are", default=None
     )
     lattice: Lattice | None = explained(
         "a table with pitch_um, radius_um, x_px and y_px", "a regular array", default=None
     )
-    contact_distance_um: Number = number(0.0, 1e4, "a distance in µm", default=CONTACT_DISTANCE_UM)
+    contact_distance_um: Number | None = explained(
+        "a finite number from 0 to 10000", "a distance in µm", ge=0.0, le=1e4, default=None
+    )
     velocity_frames: WholeNumber = explained(
         "a whole number from 3 to 100", "frames of the velocity's fit", ge=3, le=100, default=8
     )
@@ -156,22 +196,52 @@ class VideoSettings(Checked):
     area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
 
+    @property
+    def pixel_um(self) -> float:
+        """Side of a pixel, µm.
+
+        Raises
+        ------
+        InputError
+            It is not known yet: see `pinchoff.video.scale.scaled`.
+        """
+        if self.pixel_size_um is None:
+            raise InputError.of(
+                "pixel_size_um", "given", "nothing", "give the side of a pixel in µm"
+            )
+        return self.pixel_size_um
+
     @model_validator(mode="after")
     def _agrees(self) -> Self:
-        largest, smallest = self.maximum_diameter_um, self.minimum_diameter_um
-        if largest is not None and not largest > smallest:
-            rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
-            raise InputError.of("maximum_diameter_um", rule, largest, advice)
-        if self.packed and smallest < SMALLEST_RIM_PX * self.pixel_size_um:
-            rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
-            got = f"{smallest:g} µm, {smallest / self.pixel_size_um:.3g} pixels"
-            raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
+        if self.frames is not None:
+            FrameRange.read(self.frames)
+        if self.method is not None and self.method not in METHOD_NAMES:
+            rule, advice = "one of " + ", ".join(METHOD_NAMES), "or leave it out: the clip decides"
+            raise InputError.of("method", rule, self.method, advice)
+        if self.pixel_size_um is not None:
+            self._agree_in_pixels(self.pixel_size_um)
         if self.obstacles is not None and self.lattice is not None:
             advice = "give one of the two"
             raise InputError.of("lattice", "left out beside obstacles", "both", advice)
         return self
 
+    def _agree_in_pixels(self, pixel_um: float) -> None:
+        """Refuse sizes that do not go together, once that of a pixel is known."""
+        smallest, largest = self.minimum_diameter_um, self.maximum_diameter_um
+        if smallest is None:
+            smallest = SMALLEST_DROPLET_PX * pixel_um
+        if largest is not None and not largest > smallest:
+            rule, advice = f"larger than minimum_diameter_um, {smallest:g}", "check both"
+            raise InputError.of("maximum_diameter_um", rule, largest, advice)
+        if self.method == "packed" and smallest < SMALLEST_RIM_PX * pixel_um:
+            rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
+            got = f"{smallest:g} µm, {smallest / pixel_um:.3g} pixels"
+            raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
+
     @property
     def minimum_area_px(self) -> float:
         """Area of the smallest droplet, pixels."""
-        return 0.785 * (self.minimum_diameter_um / self.pixel_size_um) ** 2
+        smallest = SMALLEST_DROPLET_PX
+        if self.minimum_diameter_um is not None:
+            smallest = self.minimum_diameter_um / self.pixel_um
+        return 0.25 * math.pi * smallest**2

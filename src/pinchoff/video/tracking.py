@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from pinchoff.video.segmentation import Droplet
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.settings import VideoSettings
 
 T = TypeVar("T")

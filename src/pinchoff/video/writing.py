@@ -19,11 +19,17 @@ if TYPE_CHECKING:
 
 Pixels = npt.NDArray[np.uint8]
 
+_CHROMA = np.array([[-37.797, -74.203, 112.0, 32640.0], [112.0, -93.786, -18.214, 32640.0]]) / 255
+"""Blue and red difference of red, green, blue and 1, with 16 to 240 for the least and the most
+[ITU-R BT.601]."""
+
 _PRESET = "veryfast"  # of x264: five times as fast as its default, files a tenth larger
+_FASTER = {"x264-params": "subme=1:me=dia"}  # a third faster, nothing to be seen of it
+_QUICK_PRESET = "ultrafast"  # three times as fast again, files three times as large
 
 
 def require_video_extra(argument: str) -> ModuleType:
-    """Return the module ``av``, once it and OpenCV are known to be there.
+    """Return the module ``av``, once it and the others of the extra are known to be there.
 
     Raises
     ------
@@ -33,10 +39,12 @@ def require_video_extra(argument: str) -> ModuleType:
     try:
         import av
         import cv2  # noqa: F401
+        import imagecodecs  # noqa: F401
+        import tifffile  # noqa: F401
     except ImportError as error:
         raise InputError.of(
             argument,
-            "left out where PyAV and OpenCV are missing",
+            "left out where the modules for films are missing",
             f"'{error}'",
             "install them with: pip install 'pinchoff[video]'",
         ) from error
@@ -56,6 +64,8 @@ class ClipWriter:
         Frames a second.
     crf : int
         Constant rate factor of x264: 18 shows no loss, 26 is a small file.
+    quick : bool, optional
+        Whether speed counts more than the size of the file and the sharpness of colours.
 
     Raises
     ------
@@ -64,7 +74,13 @@ class ClipWriter:
     """
 
     def __init__(
-        self, path: str | os.PathLike[str], size: tuple[int, int], fps: float, crf: int = 20
+        self,
+        path: str | os.PathLike[str],
+        size: tuple[int, int],
+        fps: float,
+        crf: int = 20,
+        *,
+        quick: bool = False,
     ) -> None:
         self._av = require_video_extra("path")
         target = Path(path)
@@ -76,8 +92,10 @@ class ClipWriter:
         self._aside = written_aside(target)
         self._container: Any = self._av.open(str(self._aside.__enter__()), "w")
         rate = Fraction(fps).limit_denominator(1001)
+        self._quick = quick
+        preset = _QUICK_PRESET if quick else _PRESET
         self._stream: Any = self._container.add_stream(
-            "libx264", rate=rate, options={"crf": str(crf), "preset": _PRESET}
+            "libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_FASTER}
         )
         self._stream.width, self._stream.height = size
         self._stream.pix_fmt = "yuv420p"
@@ -100,5 +118,18 @@ class ClipWriter:
 
     def append(self, pixels: Pixels) -> None:
         """Add one frame: (height, width, 3) of red, green and blue."""
-        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+        frame = self._av.VideoFrame.from_ndarray(self._planes(pixels), format="yuv420p")
         self._container.mux(self._stream.encode(frame))
+
+    def _planes(self, pixels: Pixels) -> Pixels:
+        """Return brightness at full and colour at half resolution, in the order of I420."""
+        import cv2
+
+        image = np.ascontiguousarray(pixels)
+        planes: Pixels = cv2.cvtColor(image, cv2.COLOR_RGB2YUV_I420)
+        if not self._quick:  # OpenCV takes the colour of one pixel in four
+            height, width = image.shape[:2]
+            half = cv2.resize(image, (width // 2, height // 2), interpolation=cv2.INTER_AREA)
+            chroma = cv2.transform(half, _CHROMA)
+            planes.reshape(-1)[height * width :] = np.moveaxis(chroma, 2, 0).reshape(-1)
+        return planes

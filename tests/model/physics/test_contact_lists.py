@@ -146,3 +146,84 @@ def test_looking_at_every_step_gives_the_same_bits_in_a_crowd(model, system, see
         ends.append([outline for _, _, outline, _ in crowd.outlines()])
     for usual, looked in zip(*ends, strict=True):
         np.testing.assert_array_equal(usual, looked)
+
+
+def crowd(droplet, rng, count, width):
+    """Rough droplets of several sizes, many of them across each other."""
+    sizes = rng.uniform(0.3, 1.0, count)
+    places = rng.uniform(-width, width, (count, 2))
+    return [
+        s * droplet(rng, int(rng.choice([16, 24, 40]))) + place
+        for s, place in zip(sizes, places, strict=True)
+    ]
+
+
+@pytest.mark.parametrize("periodic", [(0.0, 0.0), (0.0, 5.0), (6.0, 5.0)])
+@pytest.mark.parametrize("seed", range(7))
+def test_neighbours_give_the_contacts_of_brute_force(model, droplet, seed, periodic):
+    """Boxes and grids leave out nobody: the lists are those of comparing everybody, in order.
+
+    A hundred random crowded scenes for each seed and kind of space, with 3 to 40 droplets.
+    """
+    rng = np.random.default_rng((seed, int(sum(periodic))))
+    row, seen = model(), 0
+    for _ in range(100):
+        outlines = crowd(droplet, rng, int(rng.choice([3, 14, 40])), rng.uniform(2.0, 4.0))
+        obstacles = np.column_stack((rng.uniform(-4, 4, (30, 2)), rng.choice([0.02, 0.1, 0.4], 30)))
+        some, everybody = (
+            _core.contact_lists(row, outlines, obstacles, *periodic, exhaustive=brute)
+            for brute in (False, True)
+        )
+        assert some == everybody
+        seen += len(some[1])
+    assert seen > 10_000
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lists_hold_what_an_independent_search_finds(model, droplet, seed):
+    """NumPy over all vertices, edges and images of a periodic scene: the same vertices, nearest
+    edges in the listed stretch, and all obstacles within the margin.
+    """
+    rng = np.random.default_rng(seed)
+    outlines, period = crowd(droplet, rng, 5, 2.0), np.array([5.0, 4.5])
+    obstacles = np.column_stack((rng.uniform(-3, 3, (6, 2)), rng.uniform(0.05, 0.3, 6)))
+    walls, touches = _core.contact_lists(model(), outlines, obstacles, *period)
+    listed = {
+        (a, i, b, round(x / 5.0), round(y / 4.5)): (first, n)
+        for a, i, b, first, n, x, y in touches
+        if a != b
+    }
+    expected = set()
+    images = [(i, j) for i in range(-3, 4) for j in range(-3, 4)]
+    lengths = [rest_length(o) for o in outlines]
+    for a, one in enumerate(outlines):
+        for b, other in enumerate(outlines):
+            for image in images if a != b else ():
+                distance, _, edge = nearest_points(one - period * image, other)
+                within = 0.75 * (lengths[a] + lengths[b])
+                for i in np.flatnonzero(distance <= within):
+                    key = (a, int(i), b, *image)
+                    expected.add(key)
+                    first, n = listed[key]
+                    assert (edge[i] - first) % len(other) < n
+    assert set(listed) == expected
+    near = set()
+    for a, one in enumerate(outlines):
+        for x, y, radius in obstacles:
+            for image in images:
+                centre = np.array([x, y]) + period * image
+                reach = radius + 0.5 * lengths[a] + min(0.03, 0.25 * radius)
+                for i in np.flatnonzero(np.hypot(*(one - centre).T) < reach):
+                    near.add((a, int(i), *centre.round(9)))
+    held = {
+        (a, i, *np.round((x, y), 9))
+        for a, first, last, x, y in walls
+        for i in range(first, min(last, len(outlines[a])))
+    }
+    assert near <= held
+
+
+def rest_length(outline):
+    """l_eq of a droplet with the area and the number of vertices of an outline."""
+    n = len(outline)
+    return math.sqrt(4 * _core.area(outline) * math.tan(math.pi / n) / n)

@@ -1,4 +1,4 @@
-"""The page of a fitted law: numbers, comparison with other laws, figures, what was set aside."""
+"""The page of a fitted law: its numbers, other laws, figures, and the rows set aside."""
 
 from __future__ import annotations
 
@@ -7,20 +7,31 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pinchoff.collisions.law import transition_factor
+from pinchoff.explorer.page import LINK, NO_PAGE
+from pinchoff.figures.breakup_probability import breakup_probability
+from pinchoff.figures.constant_height import constant_height
+from pinchoff.figures.daughters import daughter_areas
+from pinchoff.figures.neck_histograms import neck_histograms
 from pinchoff.figures.page import Page
+from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
+from pinchoff.studies.necks import median_history
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from pinchoff.figures.page import Picture
-    from pinchoff.fits.study import LawStudy
+    from pinchoff.fits.law_study import LawStudy
     from pinchoff.support.interval import Estimate
 
 PAPER = {
-    "alpha": "0.083 ± 0.006",
-    "beta": "−0.74 ± 0.03",
-    "w": "0.098 ± 0.006",
+    **{
+        key: f"{numeral(value, 'g')} ± {error}"
+        for key, (value, error) in paper.EXPERIMENT_FIT.items()
+    },
     "epsilon_1": "1",
     "epsilon_2": "−3",
     "epsilon_3": "1",
@@ -35,7 +46,13 @@ MOST_SET_ASIDE = 200
 
 
 def signed_number(value: float, digits: int = 4) -> str:
-    """Write a number with so many significant digits; large ones in full."""
+    """Write a number with so many significant digits; large ones in full.
+
+    Examples
+    --------
+    >>> signed_number(-0.73894), signed_number(123456.7)
+    ('−0.7389', '123,457')
+    """
     return numeral(value, ",.0f" if 10**digits <= abs(value) < 1e9 else f".{digits}g")
 
 
@@ -74,7 +91,45 @@ def law_columns(study: LawStudy) -> tuple[str, ...]:
     )
 
 
-def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -> Page:
+def law_figures(study: LawStudy) -> dict[str, tuple[Axes, str]]:
+    """Draw the figures for which the table has the data: axes and caption, by name."""
+    table, fit = study.collisions.table, study.fit
+    drawn = {
+        "separated_outcomes": (
+            separated_outcomes(table, fit)[0],
+            "S against Ca Ã z̃ of collisions that broke, of all, and of those that did not, with "
+            "the fitted separating line and that of the paper's experiments.",
+        ),
+        "breakup_probability": (
+            breakup_probability(table, fit),
+            "Share of collisions that broke against the breakup number, with binomial intervals; "
+            "the fitted law and a step.",
+        ),
+    }
+    if (table["daughter_area_ratio"].notna() & table["broke"]).any():
+        caption = (
+            "Ratio of the daughters' areas against S. Dotted: S/(2 − S), without exchange between "
+            "the two sides."
+        )
+        drawn["daughter_areas"] = (daughter_areas(table), caption)
+    if table[["neck_um", "neck_thickness"]].notna().any(axis=None):
+        caption = (
+            "Thinnest necks. Right: what cameras see in the last frame before the break-up of the "
+            "median droplet, simulated to 0.167 D0 and then thinning to nothing at 4.2 mm/s, the "
+            "slowest that the paper's frames allow (an assumption)."
+        )
+        drawn["neck_histograms"] = (neck_histograms(table, median_history())[0], caption)
+    drawn["constant_height"] = (
+        constant_height(fit)[0],
+        "Left: two droplets on the separating line, one twice as wide as the other; their smaller "
+        "parts are nearly as high. Right: the exponent that one height gives.",
+    )
+    return drawn
+
+
+def law_page(
+    study: LawStudy, source: str, figures: list[tuple[Picture, str]], explorer: str = ""
+) -> Page:
     """Return the page.
 
     Parameters
@@ -83,6 +138,8 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
     source : str
         What the table is called.
     figures : list of (picture, caption)
+    explorer : str, optional
+        Name of the page beside it in which the collisions can be explored; empty: there is none.
     """
     fit = study.fit
     notice = (
@@ -94,6 +151,10 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
         "line S = α (Ca Ã z̃)^β."
     )
     page = Page("The break-up law", summary, notice)
+    if explorer:
+        page.link(LINK, explorer)
+    else:
+        page.paragraph(NO_PAGE)
     page.section("Numbers")
     page.table(law_columns(study), law_rows(study))
     for text in _remarks(study):

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import quote
 
 import numpy as np
 
+from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.page import Page
 from pinchoff.figures.video import histograms, timeline
 from pinchoff.video import clip_folder
+from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -22,21 +26,24 @@ if TYPE_CHECKING:
 PAGE = "index.html"
 SHEET = "contact_sheet.png"
 
+_MOST_TOLD = 5  # clips whose warnings open the page
+_BEFORE_S = 0.5  # of the film, that are shown before a contact
+
 MOST_SHOWN = 300
 """Collisions that the page shows; the sheet has more of them."""
 
 
 def write_report(result: VideoResult) -> list[Path]:
-    """Write the contact sheet and the page about a batch into its folder.
+    """Write the contact sheet, the page about a batch and that to explore it into its folder.
 
     Returns
     -------
     list of Path
         What was written.
     """
-    pictures = _pictures(result)
+    pictures = _moments(result)
     sheet = result.path / SHEET
-    shown = write_contact_sheet(sheet, pictures)
+    shown = write_contact_sheet(sheet, [each.picture for each in pictures])
     table = result.collisions
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
@@ -44,39 +51,80 @@ def write_report(result: VideoResult) -> list[Path]:
         "Droplets that meet obstacles",
         f"{len(table)} collisions in {len(result.clips)} clips: {int(accepted.sum())} accepted, "
         f"of which {int((accepted & broke).sum())} broke.",
+        _notice(result.clips),
     )
-    _clips(page, result.clips, table)
-    _rejected(page, table)
+    explored = len(table) > 0 and write_folder_page(result.path)
+    if explored:
+        page.link(LINK, FOLDER_PAGE)
+    elif len(table):
+        page.paragraph(NO_PAGE)
+    _gallery(page, pictures, len(table), shown)
     if len(table):
         page.section("What was measured")
         if accepted.any():
             page.figure(histograms(table)[0], "Accepted collisions, broken on unbroken.")
         page.figure(timeline(table), "Contacts in the course of each clip.")
+    _clips(page, result.clips, table)
+    _rejected(page, table)
     _ranges(page, table[accepted])
-    there = [picture for picture in pictures if picture.path.exists()]
-    if there:
-        page.section("Every collision")
-        page.paragraph(
-            "At first contact, and where the collision ends: in the frame with two droplets, or "
-            f"one obstacle radius away. {shown} of {len(table)} are on {SHEET}"
-            + (f"; the first {MOST_SHOWN} are here." if len(there) > MOST_SHOWN else ".")
-        )
-        page.gallery((each.path, each.label) for each in there[:MOST_SHOWN])
     page.write(result.path / PAGE)
-    return [sheet, result.path / PAGE]
+    more = [result.path / FOLDER_PAGE] if explored else []
+    return [sheet, result.path / PAGE, *more]
 
 
-def _pictures(result: VideoResult) -> list[Picture]:
-    folders = {each.name: each.folder for each in result.clips}
-    return [
-        Picture(
-            folders[row.clip]
-            / clip_folder.THUMBNAILS
-            / clip_folder.thumbnail_name(row.contact_frame, row.track_id, row.obstacle_id),
-            _label(row.collision_id, row.symmetry, row.speed_mm_s, row.outcome, row.reject_reason),
+def _notice(clips: Sequence[ClipOutcome]) -> str:
+    """Return what nobody may overlook: what is wrong with the first clips that have something."""
+    wrong = [(each.name, each.error or each.result.get("warning", "")) for each in clips]
+    told = [f"{name}: {text}" for name, text in wrong if text]
+    more = len(told) - _MOST_TOLD
+    return " · ".join(told[:_MOST_TOLD]) + (f" · and {more} more clips" if more > 0 else "")
+
+
+def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int) -> None:
+    drawn = [each for each in pictures if each.picture.path.exists()]
+    if not drawn:
+        return
+    page.section("Every collision")
+    page.paragraph(
+        "At first contact, and where the collision ends: in the frame with two droplets, or one "
+        "obstacle radius away. A picture opens the annotated film at that moment. "
+        f"{on_sheet} of {count} are on {SHEET}"
+        + (f"; the first {MOST_SHOWN} are here." if len(drawn) > MOST_SHOWN else ".")
+    )
+    page.gallery((each.picture.path, each.picture.label, each.film) for each in drawn[:MOST_SHOWN])
+
+
+class _Moment(NamedTuple):
+    """A collision's picture, and the address of the moment in the annotated film."""
+
+    picture: Picture
+    film: str
+
+
+def _moments(result: VideoResult) -> list[_Moment]:
+    clips = {each.name: each for each in result.clips}
+    moments = []
+    for row in _rows(result.collisions):
+        clip = clips[row.clip]
+        name = clip_folder.thumbnail_name(row.contact_frame, row.track_id, row.obstacle_id)
+        label = _label(
+            row.collision_id, row.symmetry, row.speed_mm_s, row.outcome, row.reject_reason
         )
-        for row in _rows(result.collisions)
-    ]
+        picture = Picture(clip.folder / clip_folder.THUMBNAILS / name, label)
+        moments.append(_Moment(picture, _film(clip, result.path, row.contact_frame)))
+    return moments
+
+
+def _film(clip: ClipOutcome, page: Path, frame: int) -> str:
+    """Return the address of a little before a frame in the annotated film; nothing if none."""
+    fps = clip.result.get("overlay_fps")
+    if not fps:
+        return ""
+    told = clip.result["settings"].get("frames")
+    part = ALL_FRAMES if told is None else FrameRange.read(told)
+    second = max(0.0, (frame - part.start) / part.step / fps - _BEFORE_S)
+    path = (clip.folder / clip_folder.OVERLAY).relative_to(page).as_posix()
+    return f"{quote(path)}#t={second:.2f}"
 
 
 def _rows(table: pd.DataFrame) -> Iterator[Any]:
@@ -85,7 +133,11 @@ def _rows(table: pd.DataFrame) -> Iterator[Any]:
 
 def _label(number: int, symmetry: float, speed: float, outcome: str, reason: str) -> str:
     end = f"rejected: {reason}" if reason else outcome
-    return f"{number}  S = {symmetry:.2f}  v = {speed:.2f} mm/s  {end}"
+    return f"{number}: S {_shown(symmetry, '')}, v {_shown(speed, ' mm/s')}, {end}"
+
+
+def _shown(value: float, unit: str) -> str:
+    return f"= {value:.2f}{unit}" if math.isfinite(value) else "not measured"
 
 
 def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
@@ -111,12 +163,11 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
 
 
 def _rejected(page: Page, table: pd.DataFrame) -> None:
-    reasons = Counter(
-        reason for text in table["reject_reason"] if text for reason in text.split("; ")
-    )
+    """Add a table in which each rejected collision counts once, with all of its reasons."""
+    reasons = Counter(text for text in table["reject_reason"] if text)
     if reasons:
         page.section("Rejected collisions")
-        page.table(("reason", "collisions"), reasons.most_common())
+        page.table(("reasons", "collisions"), reasons.most_common())
 
 
 def _ranges(page: Page, table: pd.DataFrame) -> None:

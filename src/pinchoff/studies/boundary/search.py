@@ -20,7 +20,7 @@ from pinchoff.model.batch import CHUNK_SIZE, run_batch
 from pinchoff.model.parameters import Parameters
 from pinchoff.model.simulation import Flow, require_flow, thread_count
 from pinchoff.studies.boundary.bracketing import Search, Trial, run_searches
-from pinchoff.studies.boundary.fit import LineFit, fit_line
+from pinchoff.studies.boundary.line_fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.checked import unknown_name
@@ -100,12 +100,20 @@ class Boundary:
         Returns
         -------
         LineFit
-            See `pinchoff.studies.boundary.fit.fit_line` for what the intervals mean.
+            See `pinchoff.studies.boundary.line_fit.fit_line` for what the intervals mean.
 
         Raises
         ------
         InputError
             Too few points were found, or an argument is wrong.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> capillary = {"simulation_capillary_number": [20, 40, 80]}
+        >>> line = po.boundary(po.Parameters(), capillary, width=0.02, scan=12)
+        >>> round(line.fit().beta.value, 1)
+        -0.7
         """
         if speed not in ("flow", "contact"):
             raise InputError.of("speed", "'flow' or 'contact'", speed, "choose one of them")
@@ -123,8 +131,8 @@ class Boundary:
 
     def __repr__(self) -> str:
         counts = self.table["status"].value_counts()
-        said = ", ".join(f"{count} {status}" for status, count in counts.items())
-        return f"<Boundary of {len(self.table)} points: {said}; {len(self.runs)} runs>"
+        statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
+        return f"<Boundary of {len(self.table)} points: {statuses}; {len(self.runs)} runs>"
 
 
 def boundary(

@@ -14,6 +14,7 @@ import numpy as np
 from pinchoff.model.parameters import FRONT, SPRINGS, Parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
+from pinchoff.studies.calibration.evaluation import CONVERSION, Evaluation, Evaluator
 from pinchoff.studies.calibration.sensitivity import (
     Landscape,
     has_meaning,
@@ -21,7 +22,6 @@ from pinchoff.studies.calibration.sensitivity import (
     sensitivity_table,
 )
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
-from pinchoff.studies.calibration.trials import CONVERSION, Evaluation, Trials
 from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
@@ -133,9 +133,9 @@ class Calibration:
         }
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.changes.items())
+        constants = ", ".join(f"{name} = {value:.4g}" for name, value in self.best.changes.items())
         return (
-            f"<Calibration to {self.target.name}: {said}; {self.target.objective_name} "
+            f"<Calibration to {self.target.name}: {constants}; {self.target.objective_name} "
             f"{self.best.objective:.4g}>"
         )
 
@@ -217,7 +217,7 @@ def calibrate(
     if grid:
         checked_whole("grid", grid, "use 7, or 0 for no landscapes", low=3, high=50)
     control = np.geomspace(*aim.control_range, points)
-    trials = Trials(
+    evaluator = Evaluator(
         aim,
         model,
         control,
@@ -231,15 +231,16 @@ def calibrate(
     pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
     total = 1 + evaluations + len(pairs) * grid**2
     with progress_bar(shown, "evaluations", total) as show:
-        trials.on_evaluation = show
-        start = trials(_values_of(bounds, model))
-        best, converged = _search(trials, bounds, start, evaluations)
+        evaluator.on_evaluation = show
+        start = evaluator(_values_of(bounds, model))
+        best, converged = _search(evaluator, bounds, start, evaluations)
         surfaces = [
-            landscape(trials, best, names, _grid_of(names, bounds, model, grid)) for names in pairs
+            landscape(evaluator, best, names, _grid_of(names, bounds, model, grid))
+            for names in pairs
         ]
-        trials.on_evaluation = None
-        table = sensitivity_table(trials, best)
-    parameters = trials.parameters(best.changes)
+        evaluator.on_evaluation = None
+        table = sensitivity_table(evaluator, best)
+    parameters = evaluator.parameters(best.changes)
     return Calibration(
         target=aim,
         parameters=parameters,
@@ -248,7 +249,7 @@ def calibrate(
         bounds=bounds,
         control=control,
         converged=converged,
-        evaluations=_evaluations_table(trials),
+        evaluations=_evaluations_table(evaluator),
         sensitivity=table,
         landscapes=surfaces,
         conversion=match_onset(aim, parameters, threads=threads),
@@ -256,7 +257,7 @@ def calibrate(
 
 
 def _search(
-    trials: Trials, bounds: Bounds, start: Evaluation, most: int
+    evaluator: Evaluator, bounds: Bounds, start: Evaluation, most: int
 ) -> tuple[Evaluation, bool]:
     """Return the best evaluation of a search from the start, and whether it came to an end."""
     from scipy.optimize import minimize
@@ -269,7 +270,7 @@ def _search(
     def objective(place: Floats) -> float:
         values = np.clip(np.exp(low + span * place), *ends)  # rounding must not leave the bounds
         changes = dict(zip(names, values.tolist(), strict=True))
-        found.append(trials(changes))
+        found.append(evaluator(changes))
         return found[-1].objective
 
     origin = (np.log([start.changes[name] for name in names]) - low) / span
@@ -284,7 +285,7 @@ def _search(
     result = minimize(
         objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
     )
-    return min(found, key=lambda each: each.objective), bool(result.success)
+    return min(found, key=lambda evaluation: evaluation.objective), bool(result.success)
 
 
 def _base(target: Target, base: object) -> Parameters:
@@ -387,11 +388,16 @@ def _settings(
     }
 
 
-def _evaluations_table(trials: Trials) -> pd.DataFrame:
+def _evaluations_table(evaluator: Evaluator) -> pd.DataFrame:
     import pandas as pd
 
     rows = [
-        {**each.changes, "objective": each.objective, "runs": each.runs, "failed": each.failed_runs}
-        for each in trials
+        {
+            **evaluation.changes,
+            "objective": evaluation.objective,
+            "runs": evaluation.runs,
+            "failed": evaluation.failed_runs,
+        }
+        for evaluation in evaluator
     ]
     return pd.DataFrame(rows)

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pinchoff.model.parameters import Parameters
+from pinchoff.studies.calibration.evaluation import Evaluation, Evaluator
 from pinchoff.studies.calibration.targets import Floats
-from pinchoff.studies.calibration.trials import Evaluation, Trials
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -62,13 +62,13 @@ def has_meaning(names: Iterable[str], model: Parameters) -> bool:
 
 
 def landscape(
-    trials: Trials, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
+    evaluator: Evaluator, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
 ) -> Landscape:
     """Evaluate the objective over a grid of two constants.
 
     Parameters
     ----------
-    trials : Trials
+    evaluator : Evaluator
     best : Evaluation
         Gives the other constants.
     names : (str, str)
@@ -77,18 +77,17 @@ def landscape(
         Their values, shapes (nx,) and (ny,).
     """
     x, y = grid
-    objective = np.array(
-        [
-            [trials({**best.changes, names[0]: float(a), names[1]: float(b)}).objective for a in x]
-            for b in y
-        ]
-    )
-    model = trials.parameters(best.changes)
+
+    def objective(*values: float) -> float:
+        return evaluator({**best.changes, **dict(zip(names, values, strict=True))}).objective
+
+    surface = np.array([[objective(a, b) for a in x.tolist()] for b in y.tolist()])
+    model = evaluator.parameters(best.changes)
     place = (float(getattr(model, names[0])), float(getattr(model, names[1])))
-    return Landscape(names, x, y, objective, place)
+    return Landscape(names, x, y, surface, place)
 
 
-def sensitivity_table(trials: Trials, best: Evaluation) -> pd.DataFrame:
+def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
     """Return how much S_c answers to each of `CONSTANTS` that the model has, about the best set.
 
     Each constant is made a fifth larger and a fifth smaller (N_v: a quarter, to a multiple of 4),
@@ -103,13 +102,13 @@ def sensitivity_table(trials: Trials, best: Evaluation) -> pd.DataFrame:
     """
     import pandas as pd
 
-    model = trials.parameters(best.changes)
+    model = evaluator.parameters(best.changes)
     rows = []
     for name in CONSTANTS:
         if not has_meaning((name,), model):
             continue
         ends = _ends(name, model)
-        low, high = (trials({**best.changes, name: end}) for end in ends)
+        low, high = (evaluator({**best.changes, name: end}) for end in ends)
         change = np.log(high.critical_symmetry / low.critical_symmetry)
         response = change / math.log(ends[1] / ends[0])
         decided = bool(np.isfinite(response).all())
@@ -133,7 +132,7 @@ def _ends(name: str, model: Parameters) -> tuple[float, float]:
     value = getattr(model, name)
     if name == "vertex_count":
         steps = (value / _VERTEX_STEP, value * _VERTEX_STEP)
-        ends = [_VERTEX_MULTIPLE * round(each / _VERTEX_MULTIPLE) for each in steps]
+        ends = [_VERTEX_MULTIPLE * round(value / _VERTEX_MULTIPLE) for value in steps]
     else:
         ends = [value / _STEP, value * _STEP]
     return _allowed(name, ends[0], model), _allowed(name, ends[1], model)

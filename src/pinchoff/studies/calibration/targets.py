@@ -52,6 +52,13 @@ class LineTarget:
         D0/R of the droplets behind the line; by default that of the calibration's base.
     name : str
         What to call it in reports.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> target = po.LineTarget(0.089, -0.72)
+    >>> round(target.onset()[0], 4)  # Ca Ã z̃ at which head-on droplets begin to break
+    0.0347
     """
 
     alpha: float
@@ -137,6 +144,13 @@ class CollisionsTarget:
     -----
     UserWarning
         Rows were set aside.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> target = po.CollisionsTarget(po.virtual_experiment(seed=1, n=1000))
+    >>> target.count
+    1000
     """
 
     objective_name = "mean log loss"

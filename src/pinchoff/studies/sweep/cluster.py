@@ -131,6 +131,6 @@ def _threads_of(client: Client) -> int:
 
 def _lost(what: str, advice: str) -> PinchoffError:
     return PinchoffError(
-        f"the cluster must be there until the sweep ends; got '{what}'; {advice} and give the "
-        "same command again: what was written stays"
+        f"the cluster must be there until the sweep ends; got '{what}'; {advice}, and begin the "
+        "sweep again: what was written stays"
     )

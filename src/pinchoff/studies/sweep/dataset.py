@@ -74,7 +74,7 @@ class SweepDataset:
         except OSError as error:
             raise PinchoffError(
                 f"{self.path} must be a folder that can take {len(content)} bytes more; got "
-                f"'{error.strerror}'; make room and give the same command again: what is "
+                f"'{error.strerror}'; make room and start again: what is "
                 "there stays"
             ) from error
 
@@ -178,7 +178,7 @@ def require_same(manifest: Mapping[str, Any], design: SweepDesign, path: Path) -
     if manifest["configuration_hash"] != design.fingerprint:
         before, now = _flat(manifest["configuration"]), _flat(design.configuration)
         changes = [
-            f"{key} = {_shown(now, key)}, there {_shown(before, key)}"
+            f"{key} = {_text_of(now, key)}, there {_text_of(before, key)}"
             for key in dict.fromkeys([*before, *now])
             if before.get(key) != now.get(key)
         ] or ["the order of the varied parameters differs"]
@@ -215,7 +215,7 @@ def _flat(tree: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return leaves
 
 
-def _shown(leaves: Mapping[str, Any], key: str) -> str:
+def _text_of(leaves: Mapping[str, Any], key: str) -> str:
     return repr(leaves[key]) if key in leaves else "nothing"
 
 

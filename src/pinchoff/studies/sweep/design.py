@@ -97,6 +97,12 @@ class SweepDesign:
         ------
         InputError
             A key is unknown or missing, or its value wrong; the message names the key.
+
+        Examples
+        --------
+        >>> vary = {"offset": {"min": 0, "max": 0.4}}
+        >>> len(SweepDesign.from_config({"design": "sobol", "samples": 8, "vary": vary}))
+        8
         """
         constants = _fixed_constants(config)
         vary = config.get("vary")
@@ -118,11 +124,25 @@ class SweepDesign:
         return self.samples
 
     def point(self, number: int) -> Parameters:
-        """Return one point, from 0."""
+        """Return one point, from 0.
+
+        Examples
+        --------
+        >>> design = SweepDesign.from_config({"vary": {"offset": [0, 0.1]}})
+        >>> design.point(1).offset
+        0.1
+        """
         return next(self.points(number, number + 1))
 
     def points(self, start: int = 0, stop: int | None = None) -> Iterator[Parameters]:
-        """Yield the points from `start` to before `stop`, without holding the others."""
+        """Yield the points from `start` to before `stop`, without holding the others.
+
+        Examples
+        --------
+        >>> design = SweepDesign.from_config({"vary": {"offset": [0, 0.1, 0.2]}})
+        >>> [point.offset for point in design.points(start=1)]
+        [0.1, 0.2]
+        """
         for values in self._values(start, len(self) if stop is None else stop):
             yield self._parameters(values)
 

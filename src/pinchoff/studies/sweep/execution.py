@@ -9,7 +9,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pinchoff.model.outcomes import warn_of_failures
+from pinchoff.model.results import warn_of_failures
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.sweep.cluster import on_cluster
 from pinchoff.studies.sweep.dataset import SweepDataset, opened, read_manifest, require_same

@@ -16,8 +16,7 @@ import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from pinchoff.collisions.parquet import collision_batches, open_collisions, units_of
-from pinchoff.collisions.schema import general_reason
-from pinchoff.model.outcomes import NO_CONTACT
+from pinchoff.collisions.reasons import NO_CONTACT, general_reason
 from pinchoff.studies.sweep.dataset import read_manifest
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ For tests of measurements, for tutorials, and to see what a measurement does to 
 from __future__ import annotations
 
 from pinchoff.video.microscope.appearance import Microscope
-from pinchoff.video.microscope.films import Film, film, frames, passage_of
+from pinchoff.video.microscope.films import Film, film, frames, passage_of, truth_of
 from pinchoff.video.microscope.passages import Passage, PlacedDroplet
 from pinchoff.video.microscope.scenes import Scene, lane_scene
 from pinchoff.video.microscope.truth import scene_encounters
@@ -22,4 +22,5 @@ __all__ = [
     "lane_scene",
     "passage_of",
     "scene_encounters",
+    "truth_of",
 ]

@@ -20,6 +20,11 @@ OVERSAMPLING = 4
 
 _FRACTION_BITS = 8  # of OpenCV's coordinates: 1/256 of a finer pixel
 _MARGIN = 2  # pixels round an outline
+_BLUR_REACH = 4.0  # standard deviations, beyond which a pixel's light does not reach
+_NOISE_LENGTH, _NOISE_FRAMES = 1 << 22, 4  # numbers, and frames of them, that noise is taken from
+
+Window = tuple[slice, slice]
+"""Rows and columns of an image."""
 
 
 class Canvas:
@@ -40,7 +45,12 @@ class Canvas:
         self._random = np.random.default_rng(microscope.seed)
         self._ring_px = microscope.ring_width_um / microscope.pixel_size_um
         self._empty = self._background(obstacles)
-        self._light = self._uneven_light() * self._dust()
+        self._light = cv2.merge([self._uneven_light() * self._dust()] * 3)
+        self._lit_empty: tuple[float, Image] | None = None  # at some blur
+        pixels = microscope.height * microscope.width
+        length = max(_NOISE_LENGTH, _NOISE_FRAMES * pixels)
+        self._noise = self._random.standard_normal(length, dtype=np.float32)
+        self._noise *= np.float32(microscope.noise)
 
     def draw(self, index: int, instants: Iterable[Iterable[Floats]]) -> Pixels:
         """Return one frame: (height, width, 3) of red, green and blue.
@@ -52,29 +62,61 @@ class Canvas:
         instants : iterable of iterable of ndarray, shape (n, 2)
             The droplets' outlines, pixels, at one instant or at several while the shutter was open.
         """
-        exposures = [self._scene(outlines) for outlines in instants]
-        image = exposures[0] if len(exposures) == 1 else np.mean(exposures, axis=0)
-        blur = self._blur(index)
-        if blur > 0.0:
-            image = cv2.GaussianBlur(image, (0, 0), blur)
-        lamp = 1.0 + self._look.flicker * self._random.standard_normal()
-        image = image * (self._light * np.float32(lamp))[:, :, None]
-        noise = self._random.standard_normal(image.shape[:2], dtype=np.float32)
-        image += np.float32(self._look.noise) * noise[:, :, None]
-        pixels: Pixels = cv2.convertScaleAbs(np.maximum(image, 0.0))
+        scenes, windows = [], []
+        for outlines in instants:
+            scene, changed = self._scene(outlines)
+            scenes.append(scene)
+            windows += changed
+        scene = scenes[0] if len(scenes) == 1 else np.mean(scenes, axis=0)
+        image = self._seen(scene, windows, self._blur(index))
+        if self._look.flicker > 0.0:
+            image *= np.float32(1.0 + self._look.flicker * self._random.standard_normal())
+        noise = self._frame_noise()
+        pixels: Pixels = cv2.add(image, cv2.merge([noise] * 3), dtype=cv2.CV_8U)
         return pixels
 
-    def _scene(self, outlines: Iterable[Floats]) -> Image:
-        image = self._empty.copy()
-        ring, interior = _channels(self._look.ring), _channels(self._look.interior)
+    def _frame_noise(self) -> Image:
+        """Return one frame's noise: a piece of a long row of numbers, begun anywhere."""
+        height, width = self._look.height, self._look.width
+        first = int(self._random.integers(len(self._noise) - height * width))
+        return self._noise[first : first + height * width].reshape(height, width)
+
+    def _lit(self, blur: float) -> Image:
+        """Return the empty chamber out of focus, in its uneven light."""
+        if self._lit_empty is None or self._lit_empty[0] != blur:
+            image = cv2.multiply(_blurred(self._empty, blur), self._light)
+            self._lit_empty = blur, image
+        return self._lit_empty[1]
+
+    def _seen(self, scene: Image, windows: list[Window], blur: float) -> Image:
+        """Return a scene out of focus, in its uneven light: new only where it is not empty."""
+        image = self._lit(blur).copy()
+        reach = math.ceil(_BLUR_REACH * blur) + 1
+        for window in windows:
+            around = _grown(window, reach, self._look.size)
+            farther = _grown(around, reach, self._look.size)
+            rows, columns = (
+                slice(inner.start - outer.start, inner.stop - outer.start)
+                for inner, outer in zip(around, farther, strict=True)
+            )
+            blurred = _blurred(scene[farther], blur)[rows, columns]
+            image[around] = cv2.multiply(blurred, self._light[around])
+        return image
+
+    def _scene(self, outlines: Iterable[Floats]) -> tuple[Image, list[Window]]:
+        """Return a sharp scene in even light, and where it is not the empty chamber."""
+        image, windows = self._empty.copy(), []
+        colours = np.column_stack([_channels(self._look.ring), _channels(self._look.interior)])
         for outline in outlines:
             window, inside, core = coverage(outline, self._look.size, self._ring_px)
             if not inside.size:
                 continue
-            part = image[window]
-            part += inside[:, :, None] * (ring - part)
-            part += core[:, :, None] * (interior - ring)
-        return image
+            # What is behind, times how much of it shows, then ring and interior by their shares.
+            behind = cv2.multiply(image[window], cv2.merge([1.0 - inside] * 3))
+            shares = np.stack([inside - core, core], axis=-1)
+            image[window] = behind + cv2.transform(shares, colours)
+            windows.append(window)
+        return image, windows
 
     def _background(self, obstacles: Floats) -> Image:
         look = self._look
@@ -114,13 +156,27 @@ class Canvas:
         return float(self._look.blur_px + self._look.focus_drift_px * math.sin(phase))
 
 
+def _blurred(image: Image, blur: float) -> Image:
+    if blur <= 0.0:
+        return image
+    blurred: Image = cv2.GaussianBlur(image, (0, 0), blur)
+    return blurred
+
+
+def _grown(window: Window, reach: int, size: tuple[int, int]) -> Window:
+    """Return rows and columns with some more on every side, as far as the image goes."""
+    rows, columns = (
+        slice(max(0, part.start - reach), min(length, part.stop + reach))
+        for part, length in zip(window, (size[1], size[0]), strict=True)
+    )
+    return rows, columns
+
+
 def _channels(colour: tuple[int, int, int]) -> Image:
     return np.array(colour, dtype=np.float32)
 
 
-def coverage(
-    outline: Floats, size: tuple[int, int], ring_px: float
-) -> tuple[tuple[slice, slice], Image, Image]:
+def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Window, Image, Image]:
     """Return how much of each pixel lies inside an outline, and inside its ring.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.model.simulation import simulate
+from pinchoff.support.errors import InputError
 from pinchoff.video.encounters import Laboratory, encounter_table, write_encounters
 from pinchoff.video.microscope.appearance import Microscope
 from pinchoff.video.microscope.passages import Passage
@@ -49,6 +50,8 @@ class Film(NamedTuple):
 def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Laboratory) -> Passage:
     """Simulate a collision and give it the size and speed that it has under the microscope.
 
+    Daughters are followed in any case: otherwise they would stop to be droplets in view.
+
     Parameters
     ----------
     parameters : Parameters
@@ -60,10 +63,25 @@ def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Labor
     ------
     SimulationError
         A guard stopped the run.
+    InputError
+        The run ends so early that a droplet has its obstacle still before it.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> round(run.unit_px, 1), round(run.unit_s, 2)  # D0 in pixels and t0 in seconds
+    (91.1, 0.47)
     """
     from pinchoff.model.parameters import SAMPLE_INTERVAL
 
-    run = simulate(parameters, outlines=SAMPLE_INTERVAL)
+    run = simulate(parameters.replace(follow_daughters=True), outlines=SAMPLE_INTERVAL)
     assert run.outlines is not None
     diameter_um = parameters.size_ratio * laboratory.known("obstacle_radius_um")
     tension, viscosity = (
@@ -71,7 +89,16 @@ def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Labor
     )
     speed_mm_s = parameters.capillary_number * tension / viscosity * 1e3
     unit_s = diameter_um * 1e-3 / speed_mm_s
-    return Passage(run.outlines, diameter_um / microscope.pixel_size_um, unit_s)
+    passage = Passage(run.outlines, diameter_um / microscope.pixel_size_um, unit_s)
+    if passage.ends_before_obstacle:
+        rule, advice = "long enough for droplets to pass the obstacle", "raise it"
+        raise InputError.of("time_limit", rule, parameters.time_limit, advice)
+    return passage
+
+
+def truth_of(clip: Path) -> Path:
+    """Return the name of the table with the truth about a drawn clip."""
+    return clip.with_suffix(".truth.parquet")
 
 
 def frames(scene: Scene, microscope: Microscope, frame_count: int) -> Iterator[Pixels]:
@@ -81,6 +108,20 @@ def frames(scene: Scene, microscope: Microscope, frame_count: int) -> Iterator[P
     ------
     ndarray of uint8, shape (height, width, 3)
         Red, green and blue.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> next(frames(scene, camera, frame_count)).shape
+    (300, 480, 3)
     """
     require_video_extra("microscope")
     from pinchoff.video.microscope.drawing import Canvas
@@ -134,10 +175,25 @@ def film(
     ------
     InputError
         The name does not end in ``.mp4``, or PyAV or OpenCV is not installed.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> clip, truth, *_ = film(scene, "film.mp4", frame_count, microscope=camera)
+    >>> clip.name, truth.name
+    ('film.mp4', 'film.truth.parquet')
     """
     look = microscope or Microscope()
     clip = Path(path)
-    truth = clip.with_suffix(".truth.parquet")
+    truth = truth_of(clip)
     encounters = scene_encounters(scene, look, frame_count)
     table = encounter_table(encounters, laboratory or Laboratory(), "film", clip.stem)
     with ClipWriter(clip, look.size, look.fps, look.crf) as writer:

@@ -16,6 +16,9 @@ from pinchoff.model.outlines import Outline, Outlines
 Floats = NDArray[np.float64]
 
 
+_AT_REST = 0.02  # v_f∞: slower ones stay where they are
+
+
 class PlacedDroplet(NamedTuple):
     """One droplet at one time, in the image.
 
@@ -106,6 +109,23 @@ class Passage:
             (number, _between(droplet, after.get(number), share, time - times[k]))
             for number, droplet in self._by_frame[k].items()
         ]
+
+    @property
+    def ends_before_obstacle(self) -> bool:
+        """Whether droplets that glide on from the end of the run would go through an obstacle."""
+        for droplet in self._by_frame[-1].values():
+            velocity = np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities))
+            speed = float(np.hypot(*velocity))
+            if speed < _AT_REST:
+                continue
+            along = velocity / speed
+            for x, y, radius in self.outlines.obstacles:
+                before = np.array([x, y]) - droplet.vertices
+                ahead = before @ along > 0.0
+                beside = np.abs(before @ np.array([-along[1], along[0]]))
+                if np.any(ahead & (beside < radius)):
+                    return True
+        return False
 
     def moved(self, start_s: float, origin: tuple[float, float], angle: float) -> Passage:
         """Return the same run at another time and place."""

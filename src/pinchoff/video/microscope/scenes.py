@@ -107,6 +107,20 @@ def lane_scene(
     ------
     InputError
         There are no passages.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, passage_of
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run, run], camera)
+    >>> len(scene.passages), len(scene.obstacles)
+    (2, 1)
     """
     if not passages:
         raise InputError.of("passages", "one or more", "none", "give runs of the engine")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
+from pinchoff.video.contact import first_contact, rest_begins
 from pinchoff.video.encounters import (
     CONTACT_DISTANCE_UM,
     RELEASE,
@@ -32,7 +33,7 @@ def scene_encounters(
     scene: Scene,
     microscope: Microscope,
     frame_count: int,
-    contact_distance_um: float = CONTACT_DISTANCE_UM,
+    contact_distance_um: float | None = None,
 ) -> list[Encounter]:
     """Return every collision of a drawn clip, in the order of their contacts.
 
@@ -43,13 +44,28 @@ def scene_encounters(
     frame_count : int
         Frames of the clip.
     contact_distance_um : float, optional
-        A droplet whose outline comes this near to an obstacle is in contact.
+        A droplet whose outline comes this near to an obstacle is in contact; by default it is so
+        where the gap stops closing, as for droplets that are measured.
 
     Returns
     -------
     list of Encounter
         One for each passage whose droplet touched its obstacle between the first and the last
         frame. Not accepted are those that the frame cuts or that the clip's end cuts short.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> from pinchoff.video.microscope import Microscope, lane_scene, passage_of
+    >>> camera = Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = passage_of(Parameters(simulation_capillary_number=25), camera, laboratory)
+    >>> scene, frame_count = lane_scene([run], camera)
+    >>> [each.outcome for each in scene_encounters(scene, camera, frame_count)]
+    ['broke']
     """
     obstacles = scene.obstacles
     found: list[Encounter] = []
@@ -57,7 +73,7 @@ def scene_encounters(
         circle = passage.obstacles[0]
         obstacle_id = int(np.argmin(np.abs(obstacles - circle).sum(axis=1)))
         looker = _Looker(passage, number, microscope, circle, obstacle_id)
-        found += looker.encounters(frame_count, contact_distance_um / microscope.pixel_size_um)
+        found += looker.encounters(frame_count, contact_distance_um)
     return sorted(found, key=lambda each: (each.contact_frame, each.track_id))
 
 
@@ -70,19 +86,32 @@ class _Looker:
         self._passage, self._number, self._look = passage, number, look
         self._circle, self._obstacle_id = circle, obstacle_id
 
-    def encounters(self, frame_count: int, distance: float) -> Iterator[Encounter]:
+    def encounters(self, frame_count: int, distance_um: float | None) -> Iterator[Encounter]:
         fps = self._look.fps
         start, end = self._passage.start_s, self._passage.start_s + self._duration()
         frames = range(max(0, math.floor(start * fps)), min(frame_count, math.ceil(end * fps) + 1))
-        contact = None
-        for frame in frames:
-            droplets = self._droplets(frame)
-            if len(droplets) == 1 and self._touches(droplets[0], distance):
-                contact = frame
-                break
+        contact = self._contact(frames, distance_um)
         if contact is None or contact == 0:
             return
-        yield self._followed(contact, frames[-1], distance, whole=frames[-1] < frame_count - 1)
+        yield self._followed(contact, frames[-1], whole=frames[-1] < frame_count - 1)
+
+    def _contact(self, frames: range, distance_um: float | None) -> int | None:
+        """Return the frame of first contact; None if there is none."""
+        bound = CONTACT_DISTANCE_UM if distance_um is None else distance_um
+        bound /= self._look.pixel_size_um
+        gaps: list[float] = []
+        for frame in frames:
+            droplets = self._droplets(frame)
+            if len(droplets) != 1:
+                break
+            gaps.append(gap_to_circle(droplets[0], self._circle))
+            if distance_um is not None and gaps[-1] <= bound:
+                return frame
+            if distance_um is None and rest_begins(gaps, bound) is not None:
+                break
+        if distance_um is not None or not gaps or min(gaps) > bound:
+            return None
+        return frames[first_contact(gaps, bound, 1.0)]
 
     def _duration(self) -> float:
         return float(self._passage.outlines.times[-1]) * self._passage.unit_s
@@ -93,7 +122,7 @@ class _Looker:
     def _touches(self, outline: Floats, distance: float) -> bool:
         return gap_to_circle(outline, self._circle) <= distance
 
-    def _followed(self, contact: int, last: int, distance: float, whole: bool) -> Encounter:
+    def _followed(self, contact: int, last: int, whole: bool) -> Encounter:
         px, fps = self._look.pixel_size_um, self._look.fps
         neck = breakup_neck = breakup = math.nan
         daughters: Sequence[float] = (math.nan, math.nan)

@@ -33,6 +33,11 @@ def segment_area(height: ArrayLike, diameter: ArrayLike) -> Floats:
     -------
     ndarray, shape (...)
         In the square of that unit.
+
+    Examples
+    --------
+    >>> float(segment_area(0.5, 1.0).round(4))  # half of the circle
+    0.3927
     """
     d = np.asarray(diameter, dtype=np.float64)
     return np.asarray(0.125 * np.pi * d**2 * _twice_share(np.asarray(height) / d))
@@ -45,6 +50,11 @@ def symmetry_of_height(relative_height: ArrayLike) -> Floats:
     ----------
     relative_height : array_like, shape (...)
         h/D, from 0 to 1/2.
+
+    Examples
+    --------
+    >>> symmetry_of_height([0.0, 0.25, 0.5]).round(3).tolist()
+    [0.0, 0.391, 1.0]
     """
     return np.asarray(_twice_share(np.asarray(relative_height, dtype=np.float64)))
 
@@ -79,6 +89,11 @@ def symmetry_of_impact(relative_impact: ArrayLike) -> Floats:
     ----------
     relative_impact : array_like, shape (...)
         The size of b over D; S is 0 from 1/2 on, where the centreline misses the droplet.
+
+    Examples
+    --------
+    >>> symmetry_of_impact([0.0, 0.25, 0.6]).round(3).tolist()
+    [1.0, 0.391, 0.0]
     """
     distance = np.minimum(np.abs(np.asarray(relative_impact, dtype=np.float64)), 0.5)
     return symmetry_of_height(0.5 - distance)
@@ -94,6 +109,11 @@ def local_exponent(relative_height: ArrayLike) -> Floats:
     ----------
     relative_height : array_like, shape (...)
         t = h/D, above 0 and at most 1/2.
+
+    Examples
+    --------
+    >>> local_exponent([1e-6, 0.5]).round(4).tolist()
+    [-0.75, -0.6366]
     """
     t = np.asarray(relative_height, dtype=np.float64)
     return np.asarray(-8.0 / np.pi * t * np.sqrt(t - t**2) / _twice_share(t))

@@ -50,7 +50,7 @@ class Evaluation:
     objective : float
         Its distance from the target, as the target defines it.
     critical_symmetry : ndarray, shape (n,)
-        S_c at each place; above 1 where not even a head-on droplet breaks, see `effective`.
+        S_c at each place, as of `critical_symmetry_of`; above 1: not even a head-on droplet breaks.
     status : tuple of n str
         As in `pinchoff.studies.boundary.bracketing.STATUSES`, or `REFUSED`.
     runs, failed_runs : int
@@ -66,7 +66,9 @@ class Evaluation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as it is written: NaN as None."""
-        critical = [None if math.isnan(each) else each for each in self.critical_symmetry]
+        critical = [
+            None if math.isnan(symmetry) else symmetry for symmetry in self.critical_symmetry
+        ]
         return {
             "changes": dict(self.changes),
             "objective": self.objective,
@@ -77,7 +79,7 @@ class Evaluation:
         }
 
 
-def effective(runs: pd.DataFrame, neck_thickness: float) -> float:
+def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
     """Return one critical symmetry for the runs of one point, whatever its status.
 
     It is the middle between the smallest S that broke and the next smaller one that did not (0
@@ -99,7 +101,7 @@ def effective(runs: pd.DataFrame, neck_thickness: float) -> float:
     return max(LEAST_SYMMETRY, middle)
 
 
-class Trials:
+class Evaluator:
     """Evaluates constants, and remembers what it evaluated.
 
     Parameters
@@ -191,9 +193,9 @@ class Trials:
                 progress=False,
                 **self._options,
             )
-        critical = np.array(
-            [effective(runs, model.neck_thickness) for _, runs in line.runs.groupby("point")]
-        )
+        points = line.runs.groupby("point")
+        thinnest = model.neck_thickness
+        critical = np.array([critical_symmetry_of(runs, thinnest) for _, runs in points])
         decided = bool(np.isfinite(critical).all())
         return Evaluation(
             dict(changes),
@@ -219,7 +221,7 @@ class Trials:
                 str(path), "evaluations of the same calibration", difference, advice
             )
         self._lines = lines
-        self._known = {_key(each.changes): each for each in evaluations}
+        self._known = {_key(evaluation.changes): evaluation for evaluation in evaluations}
 
     def _save(self) -> None:
         if self._path is None:
@@ -230,7 +232,7 @@ class Trials:
         except OSError as error:
             raise PinchoffError(
                 f"{self._path.parent} must be a folder that can be written to; got "
-                f"'{error.strerror}'; make room and give the same command again: what is there "
+                f"'{error.strerror}'; make room and start again: what is there "
                 "stays"
             ) from error
 
@@ -244,7 +246,9 @@ def _key(changes: Mapping[str, float]) -> str:
 
 
 def _evaluation(content: Mapping[str, Any]) -> Evaluation:
-    critical = [math.nan if each is None else each for each in content["critical_symmetry"]]
+    critical = [
+        math.nan if symmetry is None else symmetry for symmetry in content["critical_symmetry"]
+    ]
     return Evaluation(
         content["changes"],
         content["objective"],

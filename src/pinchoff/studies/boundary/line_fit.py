@@ -165,6 +165,13 @@ def fit_line(
     InputError
         There are too few points, or they do not differ in Ca Ã z̃ (with `free_area`: in Ca and Ã
         independently).
+
+    Examples
+    --------
+    >>> control = np.array([0.05, 0.1, 0.2])
+    >>> fit = fit_line(control, np.ones(3), 0.089 * control**-0.72)
+    >>> round(fit.alpha.value, 3), round(fit.beta.value, 2)
+    (0.089, -0.72)
     """
     confidence = checked_confidence(confidence)
     ca, area, s = (

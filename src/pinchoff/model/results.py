@@ -12,6 +12,7 @@ import numpy as np
 
 from pinchoff import _core
 from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.support.errors import SimulationError
 
@@ -22,9 +23,6 @@ if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
 
 _FAILED = OUTCOMES.index("failed")
-
-NO_CONTACT = "no contact: the droplet never touched the obstacle"
-"""Reason to reject a row that is no collision."""
 
 
 class _Guard(NamedTuple):
@@ -402,8 +400,8 @@ def _plain_scalar(value: Any) -> Any:
 def _plain(value: Any) -> Any:
     """Return a value as JSON has it: lists, numbers, and None for a number that is not finite."""
     if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
+        return {str(key): _plain(content) for key, content in value.items()}
     if isinstance(value, (list, tuple, np.ndarray)):
-        return [_plain(each) for each in value]
+        return [_plain(content) for content in value]
     value = _plain_scalar(value)
     return None if isinstance(value, float) and not math.isfinite(value) else value

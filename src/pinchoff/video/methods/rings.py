@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from pinchoff import _core
 from pinchoff.video.background import Background
 from pinchoff.video.contours import Floats, trace
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.likeness import Image, Likeness, Pixels, Walk
 from pinchoff.video.reading import Frame
 
@@ -32,34 +33,6 @@ _ROUND = 0.7  # least share of the circle about it that such a droplet fills
 _INTERIOR_SHARE = 0.25  # least of the smallest droplet's area: the ring takes the rest
 _THINNEST_WALL = 1.4  # ring widths between two droplets that touch
 _PALEST_WALL = 0.75  # of the ring's darkness, likewise
-
-
-class Droplet(NamedTuple):
-    """One droplet in one frame; pixels, origin at the centre of the top left one, y down.
-
-    Attributes
-    ----------
-    outline : ndarray, shape (n, 2)
-        Clockwise as seen.
-    area : float
-        Enclosed by it, pixels.
-    x, y : float
-        Its centre of mass.
-    cut : bool
-        Whether the frame's edge cuts it.
-    group : int
-        Droplets that touch one another have the same number in their frame; -1: touches none.
-    whole : Droplet or None
-        Both parts as one droplet, where they may be one whose neck is too thin to show an inside.
-    """
-
-    outline: Floats
-    area: float
-    x: float
-    y: float
-    cut: bool
-    group: int
-    whole: Droplet | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +72,7 @@ class Levels:
     hole: float = 0.0
 
 
-class Segmenter:
+class RingSegmenter:
     """Find the droplets in the frames of one clip.
 
     Parameters
@@ -109,7 +82,7 @@ class Segmenter:
     """
 
     def __init__(self, background: Background, levels: Levels) -> None:
-        self._background = background
+        self.background = background
         self._levels = levels
         self._ring = levels.ring * background.light
         self._likeness = Likeness(background, levels.colour)
@@ -123,7 +96,7 @@ class Segmenter:
         lamp : float
             What `Background.lamp` says of it.
         """
-        empty = cv2.convertScaleAbs(self._background.luma, alpha=lamp)
+        empty = cv2.convertScaleAbs(self.background.luma, alpha=lamp)
         dark = cv2.subtract(empty, frame.luma)
         size, deviation = _DENOISING
         smooth: Pixels = cv2.GaussianBlur(dark, (size, size), deviation)
@@ -135,7 +108,7 @@ class Segmenter:
         Where something of the droplets' colour has no closed ring about it, the ring may be pale,
         because the droplet moves fast or is out of focus: there a lower level is tried.
         """
-        lamp = self._background.lamp(frame.luma)
+        lamp = self.background.lamp(frame.luma)
         dark = self.darkness(frame, lamp)
         if not self._likeness.known:
             return self._enclosed(lamp, None, dark, self._levels.edge)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
-from pinchoff.fits.comparison import compare_laws
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE, require_parts
+from pinchoff.fits.law_comparison import compare_laws
 from pinchoff.fits.law_fit import LawFit, fit_law
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
@@ -57,11 +57,11 @@ class LawStudy:
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold; an end of an interval may be infinite."""
         return {
-            **{name: each._asdict() for name, each in self.estimates.items()},
+            **{name: estimate._asdict() for name, estimate in self.estimates.items()},
             **{k: v for k, v in self.fit.to_dict().items() if k not in self.estimates},
             "set_aside": self.collisions.reasons(),
             "intervals": {
-                method: {name: list(each[:3]) for name, each in numbers.items()}
+                method: {name: list(estimate[:3]) for name, estimate in numbers.items()}
                 for method, numbers in self.intervals.items()
             },
             "bootstrap": {

@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.reading import Frame
-from pinchoff.video.segmentation import Droplet
+from pinchoff.video.signal import Signal
 
 Image = NDArray[np.float32]
 Places = NDArray[np.int64]
@@ -93,6 +94,8 @@ class RimSegmenter:
         and the surer.
     obstacles : ndarray, shape (M, 3)
         Centre x, y and radius, pixels; they have dark rims too.
+    signal : Signal, optional
+        The picture in which rims are dark.
     """
 
     def __init__(
@@ -102,16 +105,18 @@ class RimSegmenter:
         contrast: float,
         score: float,
         obstacles: NDArray[np.float64],
+        signal: Signal | None = None,
     ) -> None:
         self._radii = (0.5 * minimum_diameter, 0.5 * maximum_diameter)
         self._contrast = contrast
         self._score = score
         self._obstacles = obstacles
+        self.signal = signal or Signal()
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the surest first; they may overlap."""
-        luma = frame.luma.astype(np.float32)
-        dim = max(self._contrast * float(np.percentile(frame.luma, _BRIGHT)), 1.0)
+        luma = self.signal.of(frame)
+        dim = max(self._contrast * float(np.percentile(luma, _BRIGHT)), 1.0)
         circles = _candidates(luma, *self._radii, dim)
         smooth = cv2.GaussianBlur(luma, (0, 0), _DENOISING)
         # About its own centre an outline that is not round is traced better.

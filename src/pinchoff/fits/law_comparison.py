@@ -61,6 +61,13 @@ def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[st
     ------
     InputError
         As `pinchoff.fit_law`; or the outcomes do not overlap.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> laws = compare_laws(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
+    >>> bool(laws.set_index("law").loc["without symmetry", "p_value"] < 1e-6)
+    True
     """
     from scipy.stats import chi2
 

@@ -1,0 +1,145 @@
+// Bindings of many droplets: the run in windows, its events, frames and state as arrays.
+#include "pinchoff/emulsion.hpp"
+
+#include <memory>
+
+#include "pool.hpp"
+#include "runs.hpp"
+
+namespace pinchoff {
+
+namespace {
+
+using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+/// An emulsion with the threads that it runs on and the flow that it refers to.
+struct EmulsionRun {
+    nb::object flow;  // keeps the node values alive
+    Team team;
+    Emulsion emulsion;
+};
+
+std::vector<double> numbers_of(Numbers values) {
+    return {values.data(), values.data() + values.size()};
+}
+
+void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, Triples droplets,
+              Numbers cell, bool periodic_x, bool periodic_y, double window,
+              double smallest_breaking, Numbers inlet, Numbers diameters, double outlet,
+              std::uint64_t seed, int threads, bool exhaustive) {
+    const Box box{cell.data()[0], cell.data()[1], cell.data()[2], cell.data()[3]};
+    const Period period{periodic_x ? box.right - box.left : 0.0,
+                        periodic_y ? box.top - box.bottom : 0.0};
+    World world{checked_model(model), nb::cast<const FlowObject&>(flow).flow,
+                ObstacleGrid(obstacles_of(obstacles), period), best_kernels(), period};
+    world.sample_interval = window;
+    world.retires = true;
+    world.smallest_breaking = smallest_breaking;
+    world.exhaustive = exhaustive;
+    EmulsionSettings settings;
+    settings.cell = box;
+    const double* in = inlet.data();
+    settings.inlet = {in[0], in[1], in[2], in[3], numbers_of(diameters)};
+    settings.outlet = outlet;
+    settings.seed = seed;
+    new (self)
+        EmulsionRun{flow, Team(threads), Emulsion(std::move(world), settings, starts_of(droplets))};
+}
+
+/// Whole windows; fewer where Python has a signal or too much of the area was retired.
+void advance_run(EmulsionRun& self, int windows) {
+    SignalWatch watch;
+    {
+        const nb::gil_scoped_release release;
+        for (int w = 0; w < windows && !self.emulsion.failed() && !watch(); ++w)
+            self.emulsion.advance(self.team.threads(), [&](std::size_t count, const auto& job) {
+                self.team.for_each(count, job);
+            });
+    }
+    if (watch.pending()) throw nb::python_error();
+}
+
+Matrix take_events(EmulsionRun& self) {
+    const std::vector<EmulsionEvent> events = self.emulsion.take_events();
+    return matrix_of(events.empty() ? nullptr : reinterpret_cast<const double*>(events.data()),
+                     events.size(), kEventFields);
+}
+
+/// All outlines in flat arrays: numbers and generations (n, 2), offsets (n + 1), vertices and
+/// velocities (v, 2).
+nb::tuple frame(const EmulsionRun& self) {
+    std::size_t count = 0;
+    for (const Droplet& d : self.emulsion.droplets()) count += d.ring.count;
+    std::vector<Vec2> numbers, vertices(count), velocities(count);
+    std::vector<double> offsets{0.0};
+    std::size_t next = 0;
+    for (const Droplet& d : self.emulsion.droplets()) {
+        numbers.push_back({static_cast<double>(d.id), static_cast<double>(d.generation)});
+        for (int i = 0; i < d.ring.count; ++i, ++next) {
+            vertices[next] = {d.ring.x[i], d.ring.y[i]};
+            velocities[next] = {d.ring.vx[i], d.ring.vy[i]};
+        }
+        offsets.push_back(static_cast<double>(next));
+    }
+    return nb::make_tuple(array_of(numbers), array_of(offsets), array_of(vertices),
+                          array_of(velocities));
+}
+
+/// (n, 4): number, generation, diameter of equal area and x of the centre.
+Matrix sizes(const EmulsionRun& self) {
+    std::vector<double> out;
+    for (const Droplet& d : self.emulsion.droplets()) {
+        out.push_back(d.id);
+        out.push_back(d.generation);
+        out.push_back(d.ring.diameter);
+        out.push_back(mean(d.ring.x, d.ring.count));
+        out.push_back(mean(d.ring.y, d.ring.count));
+    }
+    return matrix_of(out.empty() ? nullptr : out.data(), out.size() / 5, 5);
+}
+
+}  // namespace
+
+void bind_emulsion(nb::module_& m) {
+#define PINCHOFF_NAME(name) #name,
+    m.attr("EVENT_FIELDS") = tuple_of({PINCHOFF_EVENT_FIELDS(PINCHOFF_NAME)});
+    m.attr("EVENT_KINDS") = tuple_of({PINCHOFF_EVENT_KINDS(PINCHOFF_NAME)});
+    m.attr("BALANCE_FIELDS") = tuple_of({PINCHOFF_BALANCE_FIELDS(PINCHOFF_NAME)});
+#undef PINCHOFF_NAME
+    nb::class_<EmulsionRun>(m, "Emulsion", "Many droplets among many obstacles, run in windows.")
+        .def("__init__", &make_run, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a, "cell"_a,
+             "periodic_x"_a, "periodic_y"_a, "window"_a, "smallest_breaking"_a, "inlet"_a,
+             "diameters"_a, "outlet"_a, "seed"_a, "threads"_a, "exhaustive"_a = false,
+             "model, obstacles (M, 3), droplets (K, 3) as for System; cell: left, right, bottom, "
+             "top; inlet: x, bottom, top,\n"
+             "area fraction (zero: none), with the (n,) diameters that are drawn from; exhaustive: "
+             "one "
+             "island in which everybody is compared with everybody, for comparison.")
+        .def("advance", &advance_run, "windows"_a,
+             "Run so many windows, fewer when the run has failed. A signal ends it.")
+        .def("take_events", &take_events, "(n, len(EVENT_FIELDS)) since this was last asked.")
+        .def("frame", &frame,
+             "(numbers and generations (n, 2), offsets (n + 1), vertices (v, 2), velocities (v, "
+             "2)).")
+        .def("sizes", &sizes, "(n, 5): number, generation, diameter, x and y of the centre.")
+        .def(
+            "balance",
+            [](const EmulsionRun& self) {
+                const auto* fields = reinterpret_cast<const double*>(&self.emulsion.balance());
+                return array_of(std::vector<double>(fields, fields + kBalanceFields));
+            },
+            "One number for each of BALANCE_FIELDS.")
+        .def(
+            "state", [](const EmulsionRun& self) { return array_of(self.emulsion.state()); },
+            "All that the run goes on from, as numbers.")
+        .def(
+            "restore",
+            [](EmulsionRun& self, Numbers state) {
+                self.emulsion.restore({state.data(), state.size()});
+            },
+            "state"_a, "Go on from a state of the same run.")
+        .def_prop_ro("time", [](const EmulsionRun& self) { return self.emulsion.time(); })
+        .def_prop_ro("failed", [](const EmulsionRun& self) { return self.emulsion.failed(); });
+}
+
+}  // namespace pinchoff

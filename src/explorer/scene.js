@@ -1,0 +1,365 @@
+// @ts-check
+// The scene: the flow, the pillar, the droplets at one time, and what is measured on them.
+import { colour, label, surface } from "./canvas.js";
+import { AREA, COUNT, ENDS, ID, INFO, NECK } from "./engine.js";
+import { shown } from "./parameters.js";
+
+/** @typedef {import("./engine.js").Run} Run @typedef {import("./engine.js").Recording} Recording */
+
+/** Time around first contact in which the halves of the droplet are shown, t0. */
+const CONTACT_SHOWN = 0.3;
+const STREAKS = 130;
+
+/**
+ * What part of the plane is seen: centre x, width in D0, pixels a D0.
+ * @typedef {{left: number, right: number, scale: number, width: number, height: number}} View
+ */
+
+/** @param {number} radius @param {number} offset @param {number} width @param {number} height @returns {View} */
+export function viewOf(radius, offset, width, height) {
+  const left = -Math.min(radius, 1.5) - (radius > 1.5 ? radius - 1.5 : 0) - (width < 500 ? 1.5 : 1.9);
+  let right = radius <= 1.5 ? radius + (width < 500 ? 1.6 : 2.3) : -radius + 3.2;
+  const tall = 2 * (Math.abs(offset) + 0.62); // the droplet's start is in view
+  const wide = (tall * width) / height;
+  const extra = Math.max(0, wide - (right - left)) / 2;
+  right += extra;
+  return { left: left - extra, right, scale: width / (right - left + extra), width, height };
+}
+
+export class Scene {
+  /** @param {HTMLCanvasElement} canvas */
+  constructor(canvas) {
+    this.canvas = canvas;
+    /** @type {Run | null} */
+    this.run = null;
+    this.radius = 0.2;
+    this.offset = 0;
+    this.time = 0;
+    this.hover = false;
+    /** @type {number[][]} */
+    this.streaks = [];
+    this.streaksFor = "";
+    /** @type {((x: number, y: number) => Float64Array) | null} fluid velocity */
+    this.velocity = null;
+    this.unitWord = "D0";
+  }
+
+  get view() {
+    return viewOf(this.radius, this.offset, this.canvas.clientWidth || 600, this.canvas.clientHeight || 300);
+  }
+
+  /** Where the offset's handle is, D0. */
+  get handle() {
+    const { left, right } = this.view;
+    return left + 0.13 * (right - left);
+  }
+
+  /** @param {number} px @param {number} py @returns {[number, number]} */
+  toPlane(px, py) {
+    const v = this.view;
+    return [v.left + px / v.scale, (v.height / 2 - py) / v.scale];
+  }
+
+  /** Whether a point takes hold of the droplet: on it, or at its handle. @param {number} x @param {number} y */
+  holds(x, y) {
+    const grip = 14 / this.view.scale;
+    if (Math.hypot(x - this.handle, y - this.offset) < 0.5 + grip) return true;
+    if (!this.run?.recording) return false;
+    return outlinesAt(this.run.recording, this.time).some(({ points }) => {
+      const [left, right, low, high] = extent(points);
+      return x > left - grip && x < right + grip && y > low - grip && y < high + grip;
+    });
+  }
+
+  /** First time at which the droplet is in view. */
+  get entry() {
+    const recording = this.run?.recording;
+    if (!recording) return 0;
+    const { left } = this.view;
+    for (let f = 0; f + 1 < recording.frames.length; ++f) {
+      const [, right] = extent(outlineIn(recording, recording.frames[f]));
+      if (right > left) return recording.times[f];
+    }
+    return 0;
+  }
+
+  /** Carry the streaks with the fluid. @param {number} step t0 */
+  drift(step) {
+    if (!this.velocity) return;
+    const { left, right } = this.view;
+    for (const streak of this.streaks) {
+      const [u, v] = this.velocity(streak[0], streak[1]);
+      streak[0] += u * step;
+      streak[1] += v * step;
+      if (streak[0] > right + 0.2) streak[0] -= right - left + 0.4;
+    }
+  }
+
+  draw() {
+    const { context, width, height, font } = surface(this.canvas);
+    const v = this.view;
+    const X = (/** @type {number} */ x) => (x - v.left) * v.scale;
+    const Y = (/** @type {number} */ y) => height / 2 - y * v.scale;
+    context.fillStyle = colour("fluid");
+    context.fillRect(0, 0, width, height);
+    this.#drawStreaks(context, v, X, Y);
+    drawPillar(context, X(0), Y(0), this.radius * v.scale);
+    if (this.run?.recording) this.#drawPath(context, X, Y);
+    this.#drawHandle(context, v, X, Y);
+    if (this.run?.recording) this.#drawDroplets(context, this.run, this.run.recording, v, X, Y, font);
+    drawScaleBar(context, v, font, this.unitWord);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {View} v @param {(x: number) => number} X
+   * @param {(y: number) => number} Y */
+  #drawStreaks(context, v, X, Y) {
+    if (!this.velocity) return;
+    const tall = v.height / v.scale;
+    const key = `${this.radius} ${v.left} ${v.right} ${tall}`;
+    if (key !== this.streaksFor) {
+      // An additive sequence covers the view evenly, and is the same at every visit.
+      this.streaks = Array.from({ length: STREAKS }, (_, k) => [
+        v.left + ((0.5 + k * 0.7548776662466927) % 1) * (v.right - v.left),
+        ((0.5 + k * 0.5698402909980532) % 1 - 0.5) * tall,
+      ]);
+      this.streaksFor = key;
+    }
+    context.strokeStyle = colour("stream");
+    context.lineWidth = 1.2;
+    context.beginPath();
+    for (const [x, y] of this.streaks) {
+      if (Math.hypot(x, y) < this.radius) continue;
+      const [u, w] = this.velocity(x, y);
+      const long = 0.13 / Math.max(1, Math.hypot(u, w));
+      context.moveTo(X(x), Y(y));
+      context.lineTo(X(x + long * u), Y(y + long * w));
+    }
+    context.stroke();
+  }
+
+  /** The way of the droplet's centre until it breaks. @param {CanvasRenderingContext2D} context
+   * @param {(x: number) => number} X @param {(y: number) => number} Y */
+  #drawPath(context, X, Y) {
+    const recording = /** @type {Recording} */ (this.run?.recording);
+    context.setLineDash([2, 5]);
+    context.strokeStyle = colour("faint");
+    context.lineWidth = 1;
+    context.beginPath();
+    for (let f = 0; f + 1 < recording.frames.length; f += 3) {
+      const k = recording.frames[f];
+      if (recording.info[k * INFO + ID] !== 0) break;
+      const [x, y] = centre(outlineIn(recording, k));
+      context.lineTo(X(x), Y(y));
+    }
+    context.stroke();
+    context.setLineDash([]);
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {View} v @param {(x: number) => number} X
+   * @param {(y: number) => number} Y */
+  #drawHandle(context, v, X, Y) {
+    const x = X(this.handle);
+    const y = Y(this.offset);
+    const half = 0.5 * v.scale;
+    context.strokeStyle = colour(this.hover ? "accent" : "faint");
+    context.lineWidth = this.hover ? 2 : 1.2;
+    context.setLineDash([5, 5]);
+    context.beginPath();
+    context.arc(x, y, half, 0, 2 * Math.PI);
+    context.stroke();
+    context.setLineDash([]);
+    context.fillStyle = colour(this.hover ? "accent" : "faint");
+    for (const side of [-1, 1]) {
+      context.beginPath();
+      context.moveTo(x - 6, y + side * 7);
+      context.lineTo(x + 6, y + side * 7);
+      context.lineTo(x, y + side * 14);
+      context.fill();
+    }
+  }
+
+  /** @param {CanvasRenderingContext2D} context @param {Run} run @param {Recording} recording @param {View} v
+   * @param {(x: number) => number} X @param {(y: number) => number} Y @param {number} font */
+  #drawDroplets(context, run, recording, v, X, Y, font) {
+    const now = outlinesAt(recording, this.time);
+    const contact = run.contacts[0];
+    const halves = contact && Math.abs(this.time - contact.time) < CONTACT_SHOWN;
+    for (const { points } of now) drawOutline(context, points, X, Y);
+    if (halves) drawHalves(context, contact, now.find((d) => d.info[ID] === contact.droplet), v, X, Y);
+    for (const { info } of now) {
+      const touched = contact && this.time >= contact.time;
+      if (touched && Number.isFinite(info[NECK]) && info[NECK] < 0.75 * Math.sqrt((4 * info[AREA]) / Math.PI)) drawNeck(context, info, X, Y);
+    }
+    const [, right] = now.reduce(([l, r], { points }) => {
+      const [a, b] = extent(points);
+      return [Math.min(l, a), Math.max(r, b)];
+    }, [Infinity, -Infinity]);
+    if (right < v.left) {
+      context.textAlign = "left";
+      label(context, `◂ the droplet is ${shown(v.left - right, 2)} D0 upstream`, 12, v.height - 14 - font, "faint");
+    }
+    if (halves) {
+      context.textAlign = "left";
+      label(context, `S = ${shown(contact.symmetry)}`, X(this.radius) + 12, Y(0) - 10, "centre");
+    }
+  }
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} x @param {number} y @param {number} radius */
+export function drawPillar(context, x, y, radius) {
+  context.fillStyle = colour("pillar");
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fill();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {View} v @param {number} font @param {string} word */
+function drawScaleBar(context, v, font, word) {
+  const long = v.scale > 30 ? 1 : 2;
+  const x = v.width - 14;
+  const y = v.height - 14;
+  context.strokeStyle = colour("ink");
+  context.lineWidth = 2;
+  context.beginPath();
+  context.moveTo(x - long * v.scale, y);
+  context.lineTo(x, y);
+  context.stroke();
+  context.textAlign = "right";
+  context.font = `${font}px system-ui, sans-serif`;
+  label(context, long === 1 ? word : `${long} × ${word}`, x, y - 6, "ink");
+}
+
+/** @param {CanvasRenderingContext2D} context @param {ArrayLike<number>} points x, y, …
+ * @param {(x: number) => number} X @param {(y: number) => number} Y */
+export function drawOutline(context, points, X, Y) {
+  trace(context, points, X, Y);
+  context.fillStyle = colour("droplet");
+  context.globalAlpha = 0.92;
+  context.fill();
+  context.globalAlpha = 1;
+  context.strokeStyle = colour("rim");
+  context.lineWidth = 2.2;
+  context.stroke();
+}
+
+/** @param {CanvasRenderingContext2D} context @param {ArrayLike<number>} points
+ * @param {(x: number) => number} X @param {(y: number) => number} Y */
+function trace(context, points, X, Y) {
+  context.beginPath();
+  for (let k = 0; k < points.length; k += 2) context.lineTo(X(points[k]), Y(points[k + 1]));
+  context.closePath();
+}
+
+/**
+ * The centre line of a contact, through the pillar's centre along the velocity, and the smaller half.
+ * @param {CanvasRenderingContext2D} context @param {import("./engine.js").Contact} contact
+ * @param {{points: ArrayLike<number>} | undefined} droplet @param {View} v
+ * @param {(x: number) => number} X @param {(y: number) => number} Y
+ */
+function drawHalves(context, contact, droplet, v, X, Y) {
+  const speed = Math.hypot(contact.vx, contact.vy);
+  const [ux, uy] = [contact.vx / speed, contact.vy / speed];
+  const far = 4 * (v.right - v.left);
+  if (droplet) {
+    // The half on the side of the line away from the droplet's centre is the smaller one.
+    const side = Math.sign(ux * contact.y - uy * contact.x) || 1;
+    context.save();
+    trace(context, droplet.points, X, Y);
+    context.clip();
+    context.beginPath();
+    for (const [a, b] of [[-far, 0], [far, 0], [far, -far], [-far, -far]])
+      context.lineTo(X(a * ux - side * b * uy), Y(a * uy + side * b * ux));
+    context.closePath();
+    context.fillStyle = colour("half");
+    context.globalAlpha = 0.5;
+    context.fill();
+    context.restore();
+  }
+  context.strokeStyle = colour("centre");
+  context.lineWidth = 1.6;
+  context.setLineDash([9, 5]);
+  context.beginPath();
+  context.moveTo(X(-far * ux), Y(-far * uy));
+  context.lineTo(X(far * ux), Y(far * uy));
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** @param {CanvasRenderingContext2D} context @param {ArrayLike<number>} info
+ * @param {(x: number) => number} X @param {(y: number) => number} Y */
+function drawNeck(context, info, X, Y) {
+  context.strokeStyle = colour("neck");
+  context.lineWidth = 3;
+  context.beginPath();
+  context.moveTo(X(info[ENDS]), Y(info[ENDS + 1]));
+  context.lineTo(X(info[ENDS + 2]), Y(info[ENDS + 3]));
+  context.stroke();
+}
+
+/** Vertices of droplet k. @param {Recording} recording @param {number} k */
+export function outlineIn(recording, k) {
+  return recording.vertices.subarray(2 * recording.first[k], 2 * recording.first[k + 1]);
+}
+
+/** The frame at or before a time. @param {Recording} recording @param {number} time */
+export function frameAt(recording, time) {
+  let low = 0;
+  let high = recording.times.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (recording.times[middle] <= time) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+/**
+ * The droplets at a time, between two records by the straight line, while they are the same droplets.
+ * @param {Recording} recording @param {number} time
+ * @returns {{info: Float64Array, points: ArrayLike<number>}[]}
+ */
+export function outlinesAt(recording, time) {
+  const f = frameAt(recording, time);
+  const [a, b] = [recording.frames[f], recording.frames[f + 1]];
+  const same = f + 2 < recording.frames.length && recording.frames[f + 2] - b === b - a && sameDroplets(recording, a, b);
+  const share = same ? Math.min(1, Math.max(0, (time - recording.times[f]) / (recording.times[f + 1] - recording.times[f]))) : 0;
+  return Array.from({ length: b - a }, (_, k) => {
+    const info = recording.info.slice((a + k) * INFO, (a + k + 1) * INFO);
+    const here = outlineIn(recording, a + k);
+    if (!share) return { info, points: here };
+    const next = outlineIn(recording, b + k);
+    const after = recording.info.subarray((b + k) * INFO, (b + k + 1) * INFO);
+    // The neck may pass to other vertices from one record to the next: then it stays.
+    const near = [0, 1, 2, 3].every((e) => Math.abs(info[ENDS + e] - after[ENDS + e]) < 0.15);
+    if (near) for (let e = 0; e < 4; ++e) info[ENDS + e] += share * (after[ENDS + e] - info[ENDS + e]);
+    return { info, points: here.map((value, e) => value + share * (next[e] - value)) };
+  });
+}
+
+/** @param {Recording} recording @param {number} a @param {number} b */
+function sameDroplets(recording, a, b) {
+  for (let k = 0; k < b - a; ++k) {
+    const [p, q] = [(a + k) * INFO, (b + k) * INFO];
+    if (recording.info[p + ID] !== recording.info[q + ID] || recording.info[p + COUNT] !== recording.info[q + COUNT]) return false;
+  }
+  return true;
+}
+
+/** @param {ArrayLike<number>} points @returns {[number, number, number, number]} left, right, low, high */
+export function extent(points) {
+  let [left, right, low, high] = [Infinity, -Infinity, Infinity, -Infinity];
+  for (let k = 0; k < points.length; k += 2) {
+    left = Math.min(left, points[k]);
+    right = Math.max(right, points[k]);
+    low = Math.min(low, points[k + 1]);
+    high = Math.max(high, points[k + 1]);
+  }
+  return [left, right, low, high];
+}
+
+/** @param {ArrayLike<number>} points */
+function centre(points) {
+  let [x, y] = [0, 0];
+  for (let k = 0; k < points.length; k += 2) [x, y] = [x + points[k], y + points[k + 1]];
+  return [(2 * x) / points.length, (2 * y) / points.length];
+}

@@ -1,0 +1,126 @@
+"""``pinchoff examples``: files to try the other commands on."""
+
+from __future__ import annotations
+
+import sys
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.options import AsJson, Overwrite
+from pinchoff.cli.output import announce
+from pinchoff.support.files import written_aside
+
+TABLE = "mine.csv"
+CLIP = "clip.mp4"
+_TRUTH = "clip.truth.parquet"
+
+_ROWS = 600
+_DROPLETS = ((24, 4.4, 0.02), (36, 5.2, 0.06), (30, 4.8, 0.12), (20, 4.2, 0.18))
+"""Ca_sim, D0/R and offset of the droplets in the clip: some break, some do not."""
+
+
+def examples(
+    out: Annotated[str, typer.Argument(metavar="DIR", help="Folder for the files.")] = "examples",
+    as_json: AsJson = False,
+    overwrite: Overwrite = False,
+) -> None:
+    """Write files to try the other commands on, small ones.
+
+    DIR gets
+
+    - phase-diagram.toml, speed-and-offset.toml: for pinchoff sweep
+    - separating_line.toml: for pinchoff run and pinchoff boundary
+    - chamber.toml: for pinchoff chamber
+    - mine.csv: a synthetic table as a laboratory keeps it, for pinchoff fit
+    - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff video; left out where
+      the extra "video" is not installed
+
+    [bold]Examples[/bold]
+
+    pinchoff examples
+
+    pinchoff sweep examples/phase-diagram.toml --out phase-diagram
+    """
+    folder = results_folder(out)
+    texts = {
+        each.name: each.read_text(encoding="utf-8")
+        for each in resources.files("pinchoff.cli").joinpath("example_files").iterdir()
+        if each.name.endswith(".toml")
+    }
+    names = [*sorted(texts), TABLE, CLIP, _TRUTH]
+    prepare_folder(folder, names, overwrite=overwrite)
+    for name, text in texts.items():
+        with written_aside(folder / name) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    _write_table(folder / TABLE)
+    filmed = find_spec("av") is not None and find_spec("cv2") is not None
+    if filmed:
+        _write_clip(folder / CLIP)
+    files = [folder / name for name in names]
+    report = {"files": [str(path) for path in files if path.exists()]}
+    announce(report, lambda: None, files, as_json=as_json)
+    if not filmed:
+        advice = "install it with: pip install 'pinchoff[video]'"
+        print(f"warning: no clip: the extra 'video' is not installed; {advice}", file=sys.stderr)
+
+
+def _write_table(path: Path) -> None:
+    """Write synthetic collisions with other names and units, and what never changes left out."""
+    import numpy as np
+    import pandas as pd
+
+    from pinchoff.studies.virtual import virtual_experiment
+
+    known = virtual_experiment(3, _ROWS)
+    table = pd.DataFrame(
+        {
+            "S_meas": known["symmetry"],
+            "A (mm^2)": known["area_um2"] / 1e6,
+            "v (um/s)": known["speed_mm_s"] * 1e3,
+            "R (um)": known["obstacle_radius_um"],
+            "z (um)": known["thickness_um"],
+            "mu (mPa s)": known["viscosity_mPa_s"],
+            "result": np.where(known["broke"], "yes", "no"),
+            "source": "synthetic",
+        }
+    )
+    with written_aside(path) as unfinished:
+        table.to_csv(unfinished, index=False)
+
+
+def _write_clip(path: Path) -> None:
+    from pinchoff.model.parameters import Parameters
+    from pinchoff.support.progress import progress_bar
+    from pinchoff.video.encounters import Laboratory
+    from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
+
+    laboratory = Laboratory(
+        obstacle_radius_um=85.0,
+        thickness_um=85.0,
+        viscosity_mPa_s=48.0,
+        surface_tension_mN_m=20.0,
+    )
+    microscope = Microscope(seed=0)
+    passages = [
+        passage_of(
+            Parameters(simulation_capillary_number=ca, size_ratio=ratio, offset=offset),
+            microscope,
+            laboratory,
+        )
+        for ca, ratio, offset in _DROPLETS
+    ]
+    scene, count = lane_scene(passages, microscope, seed=0)
+    with progress_bar(sys.stderr.isatty(), "clip", count, unit="frames") as show:
+        film(
+            scene,
+            path,
+            count,
+            microscope=microscope,
+            laboratory=laboratory,
+            progress=show,
+        )

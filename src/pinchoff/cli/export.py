@@ -1,0 +1,48 @@
+"""``pinchoff export``: outlines and tracks for ImageJ, TrackMate and trackpy."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.options import OutFolder, Overwrite
+
+
+def export(
+    measured: Annotated[
+        Path,
+        typer.Argument(metavar="DIR", help="What pinchoff video wrote, or one clip in it."),
+    ],
+    out: OutFolder = "export",
+    overwrite: Overwrite = False,
+) -> None:
+    """Write outlines and tracks of measured clips for ImageJ, TrackMate and trackpy.
+
+    For every clip the folder gets
+
+    - NAME.rois.zip: the outlines for ImageJ's ROI manager, frame and track in their names
+    - NAME.tracks.csv: tracks as trackpy has them: frame, particle, x, y, area in pixels
+    - NAME.trackmate.csv: the same as TrackMate's spots, in µm and s
+
+    [bold]Example[/bold]
+
+    pinchoff export measured --out for-imagej
+    """
+    from pinchoff.support.progress import progress_bar
+    from pinchoff.video.export import export_clip, exported_names, measured_clips
+
+    folder = results_folder(out)
+    clips = measured_clips(measured)
+    prepare_folder(folder, exported_names(clips), overwrite=overwrite)
+    with progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show:
+        written = []
+        for done, clip in enumerate(clips, start=1):
+            written += export_clip(clip, folder)
+            if show is not None:
+                show(done)
+    for path in written:
+        print(f"wrote {path}")

@@ -1,0 +1,173 @@
+"""The folder of a run of many droplets: pieces of its tables and outlines, and its checkpoint.
+
+A piece is what happened between two checkpoints. Its files are written aside and renamed, then
+the checkpoint is; so a run that was killed goes on from whole pieces, and what it had begun after
+the last checkpoint is written again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.collisions.parquet import write_table
+from pinchoff.collisions.schema import Column
+from pinchoff.model.gsd import OutlineWriter
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.model.outlines import Outlines
+
+Floats = NDArray[np.float64]
+
+CHECKPOINT_NAME = "checkpoint.npz"
+FORMAT = 1
+"""Of the state in a checkpoint; it changes when the state does."""
+
+
+@dataclass
+class Piece:
+    """Tables of the frames since the last checkpoint."""
+
+    events: list[pd.DataFrame] = field(default_factory=list)
+    sizes: list[pd.DataFrame] = field(default_factory=list)
+
+
+class EmulsionFolder:
+    """The files of one run.
+
+    Parameters
+    ----------
+    path : Path
+    record : mapping
+        What decides the run, as JSON has it; a checkpoint of another run is refused.
+    circles : ndarray, shape (M, 3)
+        The obstacles, for the outlines' files.
+    keeps_outlines : bool
+    """
+
+    def __init__(
+        self, path: Path, record: Mapping[str, Any], circles: Floats, keeps_outlines: bool
+    ) -> None:
+        self.path = path
+        self.checkpoint = path / CHECKPOINT_NAME
+        self.keeps_outlines = keeps_outlines
+        self._record = {**json.loads(json.dumps(record)), "outlines": keeps_outlines}
+        self._circles = circles
+        self._piece = 0
+        self._writer: OutlineWriter | None = None
+
+    def begin(self, resume: bool) -> Floats | None:
+        """Make the folder ready; return the state to go on from, or None.
+
+        Raises
+        ------
+        InputError
+            It holds another run, or cannot be made.
+        """
+        state = None
+        if self.checkpoint.exists():
+            if not resume:
+                advice = "choose another folder, or resume the run that is there"
+                raise InputError.of("out", "a folder without a run", self.path, advice)
+            state = self._read_checkpoint()
+        try:
+            self.path.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            rule, reason = "a folder that can be made", error.strerror or str(error)
+            raise InputError.of("out", rule, f"{self.path} ({reason})", "choose another") from None
+        for name in ("events", "sizes", "outlines"):
+            for path in self._pieces(name):  # of a run that was killed after its last checkpoint
+                if int(path.stem.rsplit("-", 1)[1]) >= self._piece:
+                    path.unlink()
+        self._unfinished().unlink(missing_ok=True)
+        return state
+
+    def _read_checkpoint(self) -> Floats:
+        from zipfile import BadZipFile
+
+        place = str(self.checkpoint)
+        try:
+            with np.load(self.checkpoint, allow_pickle=False) as data:
+                header = json.loads(str(data["header"]))
+                state = np.array(data["state"], dtype=np.float64)
+            format_found, record = header["format"], header["record"]
+            self._piece = int(header["piece"])
+        except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
+            advice = "remove the folder and run again"
+            raise InputError.of(place, "a checkpoint", str(error), advice) from None
+        if format_found != FORMAT:
+            advice = "go on with the version of pinchoff that wrote it, or run again"
+            raise InputError.of(place, f"of format {FORMAT}", format_found, advice)
+        names = {**self._record, **record}
+        other = [name for name in names if record.get(name) != self._record.get(name)]
+        if other:
+            got = f"one with other {', '.join(other)}"
+            advice = "give the same arguments as then, or choose another folder"
+            raise InputError.of("resume", "of a run with the same settings", got, advice)
+        return state
+
+    def append_frame(self, time: float, *flat: NDArray[Any]) -> None:
+        """Add one frame to the outlines of this piece; see `OutlineWriter.append_flat`."""
+        if self._writer is None:
+            self._writer = OutlineWriter(
+                self._unfinished(), self._circles, self._record["parameters"], flush=False
+            )
+        self._writer.append_flat(time, *flat)
+
+    def write_piece(
+        self, piece: Piece, tables: Mapping[str, Sequence[Column]], state: Floats
+    ) -> None:
+        """Write a piece and the checkpoint behind it."""
+        import pandas as pd
+
+        for name, columns in tables.items():
+            parts = [part for part in getattr(piece, name) if len(part)]
+            if parts:
+                write_table(pd.concat(parts, ignore_index=True), self._named(name), columns)
+        if self._writer is not None:
+            self._writer.close()
+            self._writer = None
+            self._unfinished().replace(self._named("outlines"))
+        self._piece += 1
+        header = {"format": FORMAT, "piece": self._piece, "record": self._record}
+        with written_aside(self.checkpoint) as unfinished, unfinished.open("wb") as file:
+            np.savez(file, header=np.array(json.dumps(header)), state=state)
+
+    def read_table(self, name: str, columns: Sequence[Column]) -> pd.DataFrame:
+        """Return a table of all pieces."""
+        import pandas as pd
+
+        parts = [pd.read_parquet(path) for path in self._pieces(name)]
+        empty = pd.DataFrame({c.name: [] for c in columns})
+        return pd.concat(parts, ignore_index=True) if parts else empty
+
+    def read_outlines(self) -> Outlines | None:
+        """Return the outlines of all pieces; None where none were kept."""
+        from pinchoff.model.outlines import Outlines
+
+        parts = [Outlines.load(path) for path in self._pieces("outlines")]
+        if not parts:
+            return None
+        times = [time for part in parts for time in part.times.tolist()]
+        frames = [list(part[k]) for part in parts for k in range(len(part.times))]
+        return Outlines.from_frames(times, frames, self._circles, self._record["parameters"])
+
+    def _named(self, name: str) -> Path:
+        suffix = ".gsd" if name == "outlines" else ".parquet"
+        return self.path / f"{name}-{self._piece:06d}{suffix}"
+
+    def _unfinished(self) -> Path:
+        return self.path / ".outlines.gsd"
+
+    def _pieces(self, name: str) -> list[Path]:
+        return sorted(self.path.glob(f"{name}-??????.*"))

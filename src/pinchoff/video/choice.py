@@ -1,0 +1,277 @@
+"""The choice of a method by the clip itself.
+
+Every method is tried on frames spread over the clip, in the variants that a picture leaves open:
+which channel, dark or bright, how far the surroundings reach. Each is scored by what a right
+answer must have; the best is used, and all scores are kept.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.video.background import Background, Sample, median_background
+from pinchoff.video.droplets import Droplet, Segmenter
+from pinchoff.video.levels import calibrate
+from pinchoff.video.methods.enclosed import EnclosedSegmenter
+from pinchoff.video.methods.packed import RimSegmenter
+from pinchoff.video.methods.rings import RingSegmenter
+from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.quality import Quality, persistence, quality
+from pinchoff.video.reading import Frame
+from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
+from pinchoff.video.signal import Image, Signal, best_channel, noise_of, strong_tint
+
+Floats = NDArray[np.float64]
+
+_FIRST = 3  # frames on which every variant is tried
+_FINALISTS = 2  # variants of each method that are tried on more
+_TRIED = 4  # frames on which they are
+_LEARNED = 8  # frames from which one learns what stands still
+_WINDOWS = (32, 16, 8, 4)  # parts of the shorter side over which the local mean is taken
+_SMALLEST_WINDOW = 9  # pixels
+_WIDE = (4, 2)  # the same, for spots
+_PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
+_AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
+_SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
+
+
+class Trial(NamedTuple):
+    """What came of one method on a sample.
+
+    Attributes
+    ----------
+    method : str
+        One of `METHODS`.
+    segmenter : Segmenter
+    variant : dict
+        What was chosen within the method, by name.
+    quality : Quality
+    found : list of list of Droplet
+        In each of the frames on which it was tried.
+    """
+
+    method: str
+    segmenter: Segmenter
+    variant: dict[str, Any]
+    quality: Quality
+    found: list[list[Droplet]]
+
+
+class Choice(NamedTuple):
+    """The method that a clip is measured with, and what the others came to.
+
+    Attributes
+    ----------
+    background : Background
+    trial : Trial
+        The method that is used.
+    trials : list of Trial
+        The best variant of each method that was tried, in the order of `METHODS`.
+    frames : list of Frame
+        On which they were tried.
+    """
+
+    background: Background
+    trial: Trial
+    trials: list[Trial]
+    frames: list[Frame]
+
+    @property
+    def method(self) -> str:
+        """Name of the method that is used."""
+        return self.trial.method
+
+    @property
+    def segmenter(self) -> Segmenter:
+        """What finds the droplets."""
+        return self.trial.segmenter
+
+    def scores(self) -> dict[str, float]:
+        """Return the score of each method that was tried; the best one's is 1."""
+        best = max(each.quality.score for each in self.trials)
+        return {
+            each.method: round(max(0.0, each.quality.score) / best, 4) if best > 0.0 else 0.0
+            for each in self.trials
+        }
+
+    def thresholds(self) -> dict[str, Any]:
+        """Return what followed from the image, by name and unit."""
+        return {**self.trial.variant, "noise_grey_levels": self.background.noise}
+
+
+_Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
+
+
+def _rings(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+    calibrated = calibrate(sample.frames, settings)
+    segmenter = RingSegmenter(calibrated.background, calibrated.levels)
+    yield partial(_same, segmenter), calibrated.thresholds()
+
+
+def _enclosed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+    channel = best_channel(sample.frames)
+    shorter = min(sample.frames[0].luma.shape)
+    for inverted in (False, True):
+        for window in _odd(shorter / part for part in _WINDOWS):
+            build = partial(
+                EnclosedSegmenter.learned,
+                signal=Signal(channel, inverted),
+                window=window,
+                minimum_area=settings.minimum_area_px,
+            )
+            yield build, {"channel": channel, "bright_rims": inverted, "window_px": window}
+
+
+def _spots(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+    shorter = min(sample.frames[0].luma.shape)
+    tint = strong_tint(sample.frames)
+    for channel in [best_channel(sample.frames), *([tint] if tint else [])]:
+        for inverted in (False, True):
+            for window in _odd(shorter / part for part in _WIDE):
+                build = partial(
+                    SpotSegmenter.learned,
+                    signal=Signal(channel, inverted),
+                    window=window,
+                    minimum_area=settings.minimum_area_px,
+                )
+                yield build, {"channel": channel, "bright": inverted, "window_px": window}
+
+
+def _packed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+    px = settings.pixel_um
+    smallest = max(SMALLEST_RIM_PX, 2.0 * math.sqrt(settings.minimum_area_px / math.pi))
+    largest = max(smallest, min(sample.frames[0].luma.shape) / _PARTS_OF_VIEW)
+    if settings.maximum_diameter_um is not None:
+        largest = settings.maximum_diameter_um / px
+    channel = best_channel(sample.frames)
+    obstacles = np.array(settings.obstacles or (), dtype=np.float64).reshape(-1, 3)
+    for inverted in (False, True):
+        segmenter = RimSegmenter(
+            smallest,
+            largest,
+            settings.rim_contrast,
+            settings.rim_score,
+            obstacles,
+            Signal(channel, inverted),
+        )
+        build: Callable[[Sequence[Frame]], Segmenter] = partial(_same, segmenter)
+        yield build, {"channel": channel, "bright_rims": inverted}
+
+
+def _same(segmenter: Segmenter, frames: Sequence[Frame]) -> Segmenter:
+    return segmenter
+
+
+METHODS: dict[str, Callable[[Sample, VideoSettings], Iterator[_Variant]]] = {
+    "rings": _rings,
+    "enclosed": _enclosed,
+    "spots": _spots,
+    "packed": _packed,
+}
+"""Names of the methods, and what yields their variants for a clip. Of two that are as good the
+first is taken."""
+
+
+def choose(sample: Sample, settings: VideoSettings) -> Choice:
+    """Try the methods on a sample of a clip and return the best.
+
+    Parameters
+    ----------
+    sample : Sample
+    settings : VideoSettings
+        Where they name a method, it alone is tried.
+    """
+    frames = _spread(sample.frames, _TRIED)
+    names = [settings.method] if settings.method is not None else list(METHODS)
+    trials = [_tried(name, sample, frames, settings) for name in names]
+    best = max(each.quality.score for each in trials)
+    least = _AS_GOOD * best if best > 0.0 else best
+    chosen = next(each for each in trials if each.quality.score >= least)
+    segmenter = chosen.segmenter
+    background = median_background(sample.frames)
+    if isinstance(segmenter, RingSegmenter):
+        background = segmenter.background
+    elif settings.minimum_diameter_um is None:
+        _without_small(chosen)
+    return Choice(background, chosen, trials, frames)
+
+
+def _without_small(trial: Trial) -> None:
+    """Let a method leave out what is much smaller than its droplets usually are."""
+    areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
+    segmenter = trial.segmenter
+    if len(areas) and isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+        # Half of what droplets cover is in larger ones.
+        usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
+        least = max(segmenter.minimum_area, _SMALL**2 * usual)
+        segmenter.minimum_area = least
+        trial.variant["minimum_area_px"] = least
+
+
+def _tried(
+    name: str,
+    sample: Sample,
+    frames: Sequence[Frame],
+    settings: VideoSettings,
+) -> Trial:
+    """Return the best variant of a method: of all on few frames, then of the best on more."""
+    variants = list(METHODS[name](sample, settings))
+    few = _spread(frames, _FIRST)
+    if len(variants) > _FINALISTS:
+        first = [_trial(name, variant, few, few) for variant in variants]
+        order = sorted(range(len(first)), key=lambda k: -first[k].quality.score)
+        variants = [variants[k] for k in order[:_FINALISTS]]
+    learned = _spread(sample.frames, _LEARNED)
+    trials = [_persisting(_trial(name, each, learned, frames), sample) for each in variants]
+    return max(trials, key=lambda each: each.quality.score)
+
+
+def _trial(
+    name: str, variant: _Variant, learned: Sequence[Frame], frames: Sequence[Frame]
+) -> Trial:
+    build, description = variant
+    segmenter = build(learned)
+    found = [segmenter.droplets(frame) for frame in frames]
+    images, noise = _pictures(frames)
+    return Trial(name, segmenter, description, quality(images, found, noise), found)
+
+
+def _persisting(trial: Trial, sample: Sample) -> Trial:
+    """Return a trial whose score knows whether droplets are there again in the next frame."""
+    if not sample.pairs:
+        return trial
+    pairs = [
+        (trial.segmenter.droplets(one), trial.segmenter.droplets(other))
+        for one, other in sample.pairs
+    ]
+    height, width = sample.frames[0].luma.shape
+    share = persistence(pairs, (width, height))
+    if math.isnan(share):
+        return trial
+    seen = trial.quality
+    score = seen.score * share if seen.score > 0.0 else seen.score
+    return trial._replace(quality=seen._replace(score=score, persistent=share))
+
+
+def _pictures(frames: Sequence[Frame]) -> tuple[list[Image], float]:
+    signal = Signal(best_channel(frames))
+    images = [signal.of(frame) for frame in frames]
+    return images, float(np.median([noise_of(image) for image in images]))
+
+
+def _spread(frames: Sequence[Frame], most: int) -> list[Frame]:
+    places = np.linspace(0, len(frames) - 1, min(most, len(frames)))
+    return [frames[round(place)] for place in places.tolist()]
+
+
+def _odd(lengths: Iterator[float]) -> list[int]:
+    """Return whole odd numbers of pixels, the small ones left out."""
+    whole = [int(length) | 1 for length in lengths]
+    kept = [length for length in dict.fromkeys(whole) if length >= _SMALLEST_WINDOW]
+    return kept or [_SMALLEST_WINDOW]

@@ -1,0 +1,181 @@
+"""What a reader of one format gives: facts about the clip, and its pictures in sequence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.support.errors import InputError
+
+Pixels = NDArray[np.uint8]
+
+CHOICE = "give a film, a TIFF stack or a folder of pictures"
+COLOURS = ("red", "green", "blue")
+MOST_PIXELS = 2**27
+"""Of one picture: what claims more is taken for damaged."""
+SMALLEST_SIDE = 8
+"""Pixels; no droplet fits into less."""
+SPARSE = 48
+"""Pictures that are enough where some may be left out."""
+_MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class About:
+    """What a clip says of itself.
+
+    Attributes
+    ----------
+    width, height : int
+        Pixels, as it is shown.
+    count : int or None
+        Pictures; None where only reading tells.
+    fps : float or None
+        Frames a second.
+    pixel_size_um : float or None
+        Side of a pixel, µm.
+    timed : bool
+        Whether each picture comes with its time.
+    channels : tuple of str
+        Names of those that `channel` chooses from.
+    notes : tuple of str
+        What was guessed or left out.
+    """
+
+    width: int
+    height: int
+    count: int | None = None
+    fps: float | None = None
+    pixel_size_um: float | None = None
+    timed: bool = False
+    channels: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+class Planes(NamedTuple):
+    """One picture as films hold it: brightness, and colour at half the resolution.
+
+    Attributes
+    ----------
+    luma : ndarray of uint8, shape (height, width)
+    chroma : ndarray of uint8, shape (2, ceil(height/2), ceil(width/2)), or None
+    """
+
+    luma: Pixels
+    chroma: Pixels | None
+
+
+class Picture(NamedTuple):
+    """One picture as it is in the file.
+
+    Attributes
+    ----------
+    number : int
+        From 0; what is missing in the file is missing here.
+    time_s : float or None
+        When it is shown, seconds from the first; None where only its number tells.
+    image : Planes or ndarray, shape (height, width) or (height, width, 3)
+        Brightness, or red, green and blue; of any type.
+    """
+
+    number: int
+    time_s: float | None
+    image: Planes | NDArray[Any]
+
+
+class Source(Protocol):
+    """A clip of some format.
+
+    Attributes
+    ----------
+    about : About
+    problems : Problems
+        Of the last reading.
+    """
+
+    about: About
+    problems: Problems
+
+    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
+        """Read from the start; where `sparse`, some may be left out."""
+        ...
+
+
+@dataclass
+class Problems:
+    """What could not be read, told in one line however much it is."""
+
+    _lost: list[str] = field(default_factory=list)
+    _other: list[str] = field(default_factory=list)
+
+    def clear(self) -> None:
+        """Forget all."""
+        self._lost.clear()
+        self._other.clear()
+
+    def lost(self, what: str) -> None:
+        """Note a picture that is left out."""
+        self._lost.append(what)
+
+    def note(self, text: str) -> None:
+        """Note something else, once."""
+        if text not in self._other:
+            self._other.append(text)
+
+    def __str__(self) -> str:
+        lost = [f"could not be read and are left out: {named(self._lost)}"] if self._lost else []
+        return "; ".join([*lost, *self._other])
+
+
+def named(things: Sequence[str]) -> str:
+    """Return the first of some names, and how many more there are."""
+    more = len(things) - _MOST_NAMED
+    return ", ".join(things[:_MOST_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def reason_of(error: BaseException) -> str:
+    """Return what a library said, on one line; its kind of error where it said nothing."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def channel_index(channel: str | None, names: Sequence[str], path: Path) -> int | None:
+    """Return which of the channels is meant; None where none is asked for.
+
+    Raises
+    ------
+    InputError
+        There is no such channel.
+    """
+    if channel is None:
+        return None
+    wanted = channel.strip().lower()
+    known = [name.lower() for name in names]
+    if wanted in known:
+        return known.index(wanted)
+    if wanted.isdigit() and int(wanted) < len(names):
+        return int(wanted)
+    rule = f"one of {', '.join(names)}" if names else "left out for a clip without channels"
+    advice = f"those are the channels of {path}" if names else f"{path} has one only"
+    raise InputError.of("channel", rule, channel, advice)
+
+
+def checked_size(path: Path, width: int, height: int) -> None:
+    """Refuse pictures of a size that no camera makes.
+
+    Raises
+    ------
+    InputError
+        They are too small, or so large that the file must be damaged.
+    """
+    got = f"{width} × {height} pixels"
+    if min(width, height) < SMALLEST_SIDE:
+        rule = f"a clip of {SMALLEST_SIDE} × {SMALLEST_SIDE} pixels or more"
+        raise InputError.of(str(path), rule, got, CHOICE)
+    if width * height > MOST_PIXELS:
+        rule = f"a clip of {MOST_PIXELS} pixels or fewer a frame"
+        raise InputError.of(str(path), rule, got, "check that it is whole, or crop it")

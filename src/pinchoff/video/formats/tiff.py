@@ -1,0 +1,303 @@
+"""TIFF through tifffile: ImageJ hyperstacks, OME, BigTIFF, palettes, and any type of number.
+
+The axes come from the file's own tags; so do the frame interval and the pixel's size.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import tifffile
+from numpy.typing import NDArray
+
+from pinchoff.support.errors import InputError
+from pinchoff.video.formats.source import (
+    CHOICE,
+    COLOURS,
+    SPARSE,
+    About,
+    Picture,
+    Problems,
+    channel_index,
+    checked_size,
+    named,
+    reason_of,
+)
+
+_FIJI_ADVICE = "reduce it in Fiji (Image > Hyperstacks > Reduce Dimensionality) to frames"
+_TIME_AXES = "TIQZ"  # those that may count frames, where there is one alone
+_UM = {
+    **dict.fromkeys(("um", "µm", "μm", "micron", "microns", "micrometer", "micrometre"), 1.0),
+    **dict.fromkeys(("mm", "millimeter", "millimetre"), 1e3),
+    **dict.fromkeys(("cm", "centimeter", "centimetre"), 1e4),
+    **dict.fromkeys(("nm", "nanometer", "nanometre"), 1e-3),
+    **dict.fromkeys(("m", "meter", "metre"), 1e6),
+}
+_SECONDS = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds", ""), 1.0),
+    **dict.fromkeys(("ms", "msec", "millisecond", "milliseconds"), 1e-3),
+    **dict.fromkeys(("us", "µs", "μs", "usec", "microsecond", "microseconds"), 1e-6),
+    **dict.fromkeys(("min", "minute", "minutes"), 60.0),
+    **dict.fromkeys(("h", "hour", "hours"), 3600.0),
+}
+
+# Without a handler the module prints its warnings; what they mean is said here in our words.
+logging.getLogger("tifffile").addHandler(logging.NullHandler())
+
+
+class TiffStack:
+    """A TIFF with one picture or many.
+
+    Parameters
+    ----------
+    path : Path
+    channel : str, optional
+        Name or number of one of its channels, or of its colours.
+
+    Attributes
+    ----------
+    about : About
+    problems : Problems
+    """
+
+    def __init__(self, path: Path, channel: str | None = None) -> None:
+        self._path = path
+        self.problems = Problems()
+        with self._opened() as file:
+            series = _largest(file)
+            page = series.keyframe
+            sizes = dict(zip(series.axes, series.shape, strict=True))
+            checked_size(path, sizes["X"], sizes["Y"])
+            self._time_axis = self._frames_along(sizes)
+            names = _channel_names(file, sizes.get("C", 1))
+            is_colour = sizes.get("S", 1) >= len(COLOURS) or page.photometric.name == "PALETTE"
+            self._in_colour = len(names) < 2 and is_colour
+            self._names = names if len(names) > 1 else COLOURS if is_colour else ()
+            self._channel = channel_index(channel, self._names, path)
+            count = sizes[self._time_axis] if self._time_axis else 1
+            fps, pixel_um, notes = _scale(file)
+            notes += self._choices(file, sizes, series)
+            self.about = About(
+                sizes["X"], sizes["Y"], count, fps, pixel_um, False, self._names, tuple(notes)
+            )
+
+    def _opened(self) -> tifffile.TiffFile:
+        try:
+            file = tifffile.TiffFile(self._path)
+            if file.series and _largest(file).ndim >= 2:
+                return file
+            got = "none"
+        except Exception as error:  # a damaged header makes the module fail in any way
+            got = reason_of(error)
+        raise InputError.of(str(self._path), "a TIFF with pictures", got, CHOICE) from None
+
+    def _frames_along(self, sizes: dict[str, int]) -> str:
+        """Return the axis along which time runs, or nothing for one picture."""
+        several = [axis for axis, size in sizes.items() if size > 1 and axis not in "YXSC"]
+        if not several:
+            return ""
+        if len(several) > 1 or several[0] not in _TIME_AXES:
+            got = " × ".join(f"{sizes[axis]} along {axis}" for axis in several)
+            raise InputError.of(str(self._path), "frames of one plane in time", got, _FIJI_ADVICE)
+        return several[0]
+
+    def _choices(self, file: tifffile.TiffFile, sizes: dict[str, int], series: Any) -> list[str]:
+        notes = []
+        said = int((file.imagej_metadata or {}).get("images", 0) if file.is_imagej else 0)
+        there = math.prod(size for axis, size in sizes.items() if axis not in "YXS")
+        if said > there:
+            notes.append(f"it says that it holds {said} pictures: {there} can be read")
+        if self._time_axis == "Z":
+            notes.append(f"its {sizes['Z']} slices (Z) are taken for frames in time")
+        if sizes.get("C", 1) > 1 and self._channel is None:
+            notes.append(
+                f"it has {sizes['C']} channels, {named(self._names)}: the first is measured, "
+                "--channel takes another"
+            )
+        others = [each for each in file.series if each is not series]
+        if others:
+            shapes = [" × ".join(map(str, each.shape)) for each in others]
+            notes.append(f"pictures of other kinds in it are left out: {named(shapes)}")
+        return notes
+
+    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
+        """Read from the start; where `sparse`, pictures spread over the clip."""
+        self.problems.clear()
+        count = self.about.count or 1
+        with self._opened() as file:
+            series = _largest(file)
+            pages = _Pages(self._path, series)
+            for number in range(0, count, max(1, count // SPARSE) if sparse else 1):
+                channel = 0 if self._in_colour else self._channel or 0
+                chosen = {self._time_axis: number, "C": channel}
+                try:
+                    image = pages.at(chosen)
+                except Exception as error:  # of a damaged page, by any of many decoders
+                    self.problems.lost(f"frame {number} ({reason_of(error)})")
+                    continue
+                image = as_shown(image, series.keyframe)
+                if image.ndim == 3 and self._channel is not None and self._in_colour:
+                    image = image[:, :, self._channel]
+                yield Picture(number, None, image)
+
+
+class _Pages:
+    """The pictures of a series by their places along its axes, read one at a time."""
+
+    def __init__(self, path: Path, series: Any) -> None:
+        self._series = series
+        self._in_page = len(series.keyframe.shape)
+        self._whole: NDArray[Any] | None = None
+        lead = series.shape[: series.ndim - self._in_page]
+        contiguous = series.dataoffset is not None and series.keyframe.is_memmappable
+        if contiguous and math.prod(lead) != len(series.pages):
+            self._in_page = sum(axis in "YXS" for axis in series.axes)  # many in one page
+        if contiguous:
+            self._whole = _mapped(path, series)
+
+    def at(self, chosen: dict[str, int]) -> NDArray[Any]:
+        """Return one picture: (Y, X) or (Y, X, S)."""
+        series = self._series
+        place = [chosen.get(axis, 0) for axis in series.axes if axis not in "YXS"]
+        if self._whole is not None:
+            index = iter(place)
+            where = tuple(slice(None) if axis in "YXS" else next(index) for axis in series.axes)
+            image = np.array(self._whole[where])
+        else:
+            lead = series.shape[: series.ndim - self._in_page]
+            page = series.pages[int(np.ravel_multi_index(place, lead)) if lead else 0]
+            if page is None:
+                raise ValueError("it is missing in the file")
+            image = page.asarray()
+        planes = "".join(axis for axis in series.axes if axis in "YXS")
+        return np.ascontiguousarray(np.moveaxis(image, 0, -1)) if planes == "SYX" else image
+
+
+def _mapped(path: Path, series: Any) -> NDArray[Any]:
+    """Map a series that lies in one piece; of a file that breaks off, what is there."""
+    kind = np.dtype(series.keyframe.parent.byteorder + series.dtype.char)
+    shape = series.shape
+    if math.prod(shape) * kind.itemsize > path.stat().st_size - series.dataoffset:
+        one = math.prod(shape[1:]) * kind.itemsize
+        shape = ((path.stat().st_size - series.dataoffset) // one, *shape[1:])
+    mapped: NDArray[Any] = np.memmap(path, kind, "r", series.dataoffset, shape)
+    return mapped
+
+
+def as_shown(image: NDArray[Any], page: Any) -> NDArray[Any]:
+    """Return a page's values as brightness or colour: palettes looked up, white from black told."""
+    photometric = page.photometric.name
+    if photometric == "PALETTE" and page.colormap is not None:
+        colours = np.asarray(page.colormap)[:, image] >> 8
+        return np.moveaxis(colours, 0, -1).astype(np.uint8)
+    if image.ndim == 3:
+        image = image[:, :, : len(COLOURS)] if image.shape[2] >= len(COLOURS) else image[:, :, 0]
+    if photometric == "MINISWHITE":
+        if image.dtype == np.bool_:
+            return ~image
+        if image.dtype.kind == "u":
+            inverted: NDArray[Any] = (2**page.bitspersample - 1) - image
+            return inverted
+    return image
+
+
+def read_picture(path: Path) -> NDArray[Any]:
+    """Return the one picture, or the first, of a TIFF, as it is shown."""
+    with tifffile.TiffFile(path) as file:
+        page = file.pages.first
+        image = page.asarray()
+        if page.axes == "SYX":
+            image = np.moveaxis(image, 0, -1)
+        return as_shown(image, page)
+
+
+def page_count(path: Path) -> int:
+    """Return how many pictures a TIFF holds; 1 where it cannot be told."""
+    try:
+        return int(TiffStack(path).about.count or 1)
+    except InputError:
+        return 1
+
+
+def _largest(file: tifffile.TiffFile) -> Any:
+    return max(file.series, key=lambda series: math.prod(series.shape))
+
+
+def _channel_names(file: tifffile.TiffFile, count: int) -> tuple[str, ...]:
+    """Return the names of the channels where the file has them, else their numbers."""
+    if count < 2:
+        return ()
+    found: list[str] = []
+    pixels = _ome_pixels(file)
+    if pixels is not None:
+        found = [each.get("Name") or "" for each in pixels if each.tag.endswith("Channel")]
+    if len(found) != count or not all(found) or len(set(found)) < count:
+        return tuple(str(k) for k in range(count))
+    return tuple(found)
+
+
+def _ome_pixels(file: tifffile.TiffFile) -> Any:
+    if not file.is_ome or not file.ome_metadata:
+        return None
+    try:
+        root = ElementTree.fromstring(file.ome_metadata)
+    except ElementTree.ParseError:
+        return None
+    return next((each for each in root.iter() if each.tag.endswith("}Pixels")), None)
+
+
+def _scale(file: tifffile.TiffFile) -> tuple[float | None, float | None, list[str]]:
+    """Return frames a second and the pixel's size in µm, where the tags say them, and notes."""
+    pixels = _ome_pixels(file)
+    if pixels is not None:
+
+        def said_of(name: str, units: dict[str, float], usual: str) -> float | None:
+            return _times(pixels.get(name), pixels.get(f"{name}Unit"), units, usual)
+
+        interval = said_of("TimeIncrement", _SECONDS, "s")
+        sizes = [said_of(f"PhysicalSize{axis}", _UM, "µm") for axis in "XY"]
+    elif file.is_imagej and file.imagej_metadata:
+        said = file.imagej_metadata
+        interval = _times(said.get("finterval"), said.get("tunit"), _SECONDS, "s")
+        unit = str(said.get("unit", "")).replace("\\u00B5", "µ")
+        sizes = [_times(_length(file, f"{a}Resolution"), unit, _UM, "") for a in "XY"]
+    else:
+        said = file.pages.first.tags.valueof(51123) or {}  # Micro-Manager's
+        said = said if isinstance(said, dict) else {}
+        summary = file.micromanager_metadata if file.is_micromanager else None
+        summary = (summary or {}).get("Summary", {})
+        sizes = [_times(said.get("PixelSizeUm"), "um", _UM, "")] * 2
+        interval = _times(summary.get("Interval_ms"), "ms", _SECONDS, "")
+    notes = []
+    if all(sizes) and abs(sizes[0] / sizes[1] - 1.0) > 0.01:  # type: ignore[operator]
+        notes.append(
+            f"its pixels are not square, {sizes[0]:.4g} × {sizes[1]:.4g} µm: the first is used"
+        )
+    return (1.0 / interval if interval else None), sizes[0], notes
+
+
+def _times(value: Any, unit: Any, units: dict[str, float], usual: str) -> float | None:
+    """Return a positive quantity in our unit; None where it is not said, or in no known unit."""
+    factor = units.get(str(unit if unit is not None else usual).strip().lower())
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        return None
+    if factor is None or not math.isfinite(found) or found <= 0.0:
+        return None
+    return found * factor
+
+
+def _length(file: tifffile.TiffFile, tag: str) -> float | None:
+    value = file.pages.first.tags.valueof(tag)
+    try:
+        pixels, units = value
+        return float(units) / float(pixels)
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None

@@ -1,0 +1,1 @@
+"""Segmentations, one a file, behind one interface."""

@@ -1,0 +1,360 @@
+"""Rims against their own surroundings: what they enclose, if it is convex, is a droplet.
+
+No empty chamber is needed. What is darker than its local mean is rim or wall; a region that it
+encloses is a droplet if its own shape says so: the fluid between two plugs is enclosed too, by
+the walls and both caps, but its ends are concave; so are the gaps in a packed layer. Several
+levels of darkness are tried at once, because the rims of one picture need not be equally dark.
+From the border of the region rays go outwards through the rim; the outline is where the rim has
+lost half of its darkness. Where a wall prolongs the rim, it is as wide as it is elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.reading import Frame
+from pinchoff.video.regions import (
+    LEAST_CONTRAST,
+    Border,
+    Groups,
+    Walk,
+    alike,
+    border_of,
+    closedness,
+    is_compact,
+    is_ground,
+    leaves_view,
+    outside_view,
+    sampled,
+    smoothed,
+    standing_rows,
+    without_bays,
+)
+from pinchoff.video.signal import Image, Signal, noise_of
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Pixels = NDArray[np.uint8]
+
+_DENOISING = 0.8  # standard deviation of the filter, pixels
+_LEVELS = 7  # of darkness, one twice the other
+_INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
+_STEP = 0.5  # along rays, pixels
+_TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
+_SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
+_VIEW_SHARE, _VIEW_PX = 0.35, 2.5  # of the rim's width, pixels: no farther from the interior is
+# the dark edge of the view if it cuts a droplet
+_SAME = 0.5  # ratio of areas above which two interiors are one droplet at two levels
+_CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
+_GAP_SIZE = 0.25  # of the droplets about it: a smaller region that is not round is a gap
+_GAP_SHARED = 0.4  # least share of a gap's border that droplets are beyond
+_GAP_ROUNDNESS = 0.8  # of the area, that of the largest disc within
+
+
+class _Region(NamedTuple):
+    """An enclosed region and what rays found about it.
+
+    Attributes
+    ----------
+    hole : ndarray
+        Its walk, on the rim.
+    area : float
+        Enclosed by the walk, pixels.
+    x, y : float
+        Its centre.
+    border : Border
+    width : ndarray, shape (n,)
+        Distance to where the rim ends along each ray, pixels; NaN where it does not.
+    contrast : ndarray, shape (n,)
+        Rim's greatest darkness less the interior's, grey levels.
+    level : float
+        At which it is enclosed.
+    score : float
+        How surely it is a droplet, from 0 to 1.
+    """
+
+    hole: Walk
+    area: float
+    x: float
+    y: float
+    border: Border
+    width: Floats
+    contrast: Floats
+    level: float
+    score: float
+
+
+class Scene(NamedTuple):
+    """What is the same in all frames of a clip.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation, grey levels.
+    levels : tuple of float
+        Of darkness, grey levels below the local mean.
+    view : ndarray of uint8, shape (height, width), or None
+        Not zero beyond the dark edge of the view.
+    standing : ndarray, shape (n, 3)
+        Centre x, y and area of enclosed regions that never move: of the walls.
+    """
+
+    noise: float
+    levels: tuple[float, ...]
+    view: Pixels | None
+    standing: Floats
+
+
+class EnclosedSegmenter:
+    """Find the droplets that dark rims enclose.
+
+    Parameters
+    ----------
+    signal : Signal
+        The picture in which rims are dark.
+    window : int
+        Side of the square over which the local mean is taken, pixels; odd, some times the rim's
+        width.
+    minimum_area : float
+        Of a droplet, pixels.
+    scene : Scene
+    edge : float
+        Where the outline lies, a fraction of the rim's darkness.
+    """
+
+    def __init__(
+        self, signal: Signal, window: int, minimum_area: float, scene: Scene, edge: float = 0.5
+    ) -> None:
+        self.signal, self.window, self.scene = signal, window, scene
+        self.minimum_area, self._edge = minimum_area, edge
+
+    @classmethod
+    def learned(
+        cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
+    ) -> EnclosedSegmenter:
+        """Return one for a clip, after a sample of its frames."""
+        images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
+        noise = float(np.median([noise_of(image) for image in images]))
+        levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
+        scene = Scene(noise, levels, outside_view(images[0]), np.empty((0, 3)))
+        first = cls(signal, window, minimum_area, scene)
+        seen: list[Floats] = []
+        used: set[float] = set()
+        for frame in frames:
+            regions = first._regions(first._darkness(frame))
+            used.update(region.level for region in regions)
+            seen.append(np.array([[r.x, r.y, r.area] for r in regions]).reshape(-1, 3))
+        scene = scene._replace(levels=tuple(sorted(used)), standing=standing_rows(seen))
+        return cls(signal, window, minimum_area, scene)
+
+    def droplets(self, frame: Frame) -> list[Droplet]:
+        """Return the droplets of a frame, the touching ones apart."""
+        dark = self._darkness(frame)
+        regions = [each for each in self._regions(dark) if not self._stands(each)]
+        return self._outlined(_chosen(regions, dark.shape), dark)
+
+    def _stands(self, region: _Region) -> bool:
+        row = np.array([region.x, region.y, region.area])
+        return bool(alike(self.scene.standing, row).any())
+
+    def _darkness(self, frame: Frame) -> Image:
+        image = self.signal.of(frame)
+        size = (self.window, self.window)
+        local = cv2.blur(image, size, borderType=cv2.BORDER_REFLECT)
+        dark: Image = cv2.subtract(local, cv2.GaussianBlur(image, (0, 0), _DENOISING))
+        return dark
+
+    def _regions(self, dark: Image) -> list[_Region]:
+        return [each for level in self.scene.levels for each in self._enclosed(dark, level)]
+
+    def _enclosed(self, dark: Image, level: float) -> list[_Region]:
+        """Return the convex regions that what is darker than a level encloses."""
+        rim = cv2.compare(dark, level, cv2.CMP_GT)
+        # The frame's edge closes what it cuts.
+        rim = cv2.copyMakeBorder(rim, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=255)
+        walks, hierarchy = cv2.findContours(
+            rim, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE, offset=(-1, -1)
+        )
+        if not walks:
+            return []
+        least = _INTERIOR_SHARE * self.minimum_area
+        holes = []
+        for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
+            if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
+                continue
+            whole = without_bays(walk)
+            if is_compact(whole) and not is_ground(whole, (dark.shape[1], dark.shape[0])):
+                holes.append(whole)
+        return self._along_rays(holes, dark, level)
+
+    def _along_rays(self, holes: Sequence[Walk], dark: Image, level: float) -> list[_Region]:
+        if not holes:
+            return []
+        height, width = dark.shape
+        borders = [border_of(hole[:, 0, :], (width, height)) for hole in holes]
+        points = np.concatenate([border.points for border in borders])
+        normals = np.concatenate([border.normals for border in borders])
+        reach = np.arange(-2.0, 0.5 * self.window, _STEP)
+        profiles = sampled(dark, points, normals, reach)
+        ends, peaks = _rim_ends(profiles, reach, level, self._edge)
+        contrasts = peaks - profiles[:, 0]
+        found, start = [], 0
+        for hole, border in zip(holes, borders, strict=True):
+            own = slice(start, start + len(border.points))
+            start = own.stop
+            score = closedness(contrasts[own], border.at_edge, self.scene.noise)
+            if score > 0.0:
+                area = cv2.contourArea(hole)
+                x, y = border.points.mean(axis=0).tolist()
+                found.append(
+                    _Region(hole, area, x, y, border, ends[own], contrasts[own], level, score)
+                )
+        return found
+
+    def _outlined(self, regions: Sequence[_Region], dark: Image) -> list[Droplet]:
+        """Return the droplets, their outlines on the outer edge of their rims."""
+        if not regions:
+            return []
+        height, width = dark.shape
+        owner = _owners(regions, dark.shape)
+        widths = [_rim_widths(region.width, region.border.at_edge) for region in regions]
+        gaps = [
+            _is_gap(region, _beyond(away, region.border, owner, number), regions)
+            for number, (region, away) in enumerate(zip(regions, widths, strict=True))
+        ]
+        if any(gaps):
+            regions = [each for each, gap in zip(regions, gaps, strict=True) if not gap]
+            widths = [each for each, gap in zip(widths, gaps, strict=True) if not gap]
+            owner = _owners(regions, dark.shape)
+        groups = Groups(len(regions))
+        found: list[Droplet | None] = []
+        for number, (region, away) in enumerate(zip(regions, widths, strict=True)):
+            border = region.border
+            beyond = _beyond(away, border, owner, number)
+            away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
+            for other in np.unique(beyond[beyond >= 0]).tolist():
+                groups.join(number, other)
+            away[border.at_edge] = 0.0
+            outline = border.points + smoothed(away)[:, None] * border.normals
+            outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
+            area = _core.area(outline)
+            if area < self.minimum_area:
+                found.append(None)
+                continue
+            # The interior of what is whole ends at its rim, a rim's width before the dark edge.
+            reach = max(_VIEW_PX, _VIEW_SHARE * float(np.median(widths[number])))
+            cut = bool(border.at_edge.any())
+            cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
+            x, y = _core.centroid(outline)
+            found.append(Droplet(outline, area, x, y, cut, -1))
+        numbers = groups.numbers([droplet is not None for droplet in found])
+        return [
+            droplet._replace(group=group)
+            for droplet, group in zip(found, numbers, strict=True)
+            if droplet is not None
+        ]
+
+
+def _rim_ends(profiles: Floats, reach: Floats, level: float, edge: float) -> tuple[Floats, Floats]:
+    """Return where the rim ends along each ray, NaN where it does not, and how dark it gets."""
+    darkest = np.maximum.accumulate(np.maximum(profiles, np.float32(level)), axis=1)
+    inside = int(np.searchsorted(reach, 0.5))
+    over = profiles < np.float32(edge) * darkest
+    over[:, : inside + 1] = False
+    first = np.argmax(over, axis=1)
+    rows = np.arange(len(profiles))
+    ended = over[rows, first]
+    before = np.maximum(first - 1, 0)
+    target = edge * darkest[rows, first]
+    here, last = profiles[rows, first], profiles[rows, before]
+    share = np.clip((last - target) / np.maximum(last - here, 1e-6), 0.0, 1.0)
+    ends = reach[before] + share * _STEP
+    peaks = np.where(ended, darkest[rows, first], darkest[:, -1])
+    return np.where(ended, ends, np.nan), peaks
+
+
+def _chosen(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Region]:
+    """Return one region a droplet: of several levels the best, of nested ones the outer.
+
+    Not the outer one where others fill it: then it is what holds the droplets.
+    """
+    order = sorted(regions, key=lambda region: -region.area)
+    owner = np.full(shape, -1, dtype=np.int16)
+    kept: list[_Region] = []
+    inner: dict[int, list[_Region]] = {}
+    for region in order:
+        outer = int(owner[round(region.y), round(region.x)])
+        if outer < 0:
+            cv2.drawContours(owner, [region.hole], -1, len(kept), cv2.FILLED)
+            kept.append(region)
+        elif region.area >= _SAME * kept[outer].area:
+            if region.score > kept[outer].score:
+                kept[outer] = region
+        else:
+            inner.setdefault(outer, []).append(region)
+    found = []
+    for number, region in enumerate(kept):
+        within = _chosen(inner[number], shape) if number in inner else []
+        filled = sum(each.area for each in within)
+        if len(within) > 1 and filled >= _CELLS * region.area:
+            found += within
+        else:
+            found.append(region)
+    return found
+
+
+def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
+    """Return the rim's width along each ray; where a wall prolongs it, its width elsewhere."""
+    free = widths[~at_edge]
+    known = free[np.isfinite(free)]
+    # A rim that a wall prolongs on more than half of its way is as wide as on the rest.
+    typical = float(np.quantile(known, 0.4)) if len(known) else 1.0
+    plain = np.isfinite(widths) & (widths <= _TOO_WIDE * typical)
+    filled = np.where(plain, widths, typical)
+    # A speck on the rim makes a few rays end early or late.
+    around = [np.roll(filled, k) for k in range(-_SPECK, _SPECK + 1)]
+    usual: Floats = np.median(around, axis=0)
+    return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
+
+
+def _owners(regions: Sequence[_Region], shape: tuple[int, ...]) -> NDArray[np.int16]:
+    """Return the number of the region that each pixel is in, -1 for none."""
+    owner = np.full(shape, -1, dtype=np.int16)
+    for number, region in enumerate(regions):
+        cv2.drawContours(owner, [region.hole], -1, number, cv2.FILLED)
+    return owner
+
+
+def _beyond(
+    away: Floats, border: Border, owner: NDArray[np.int16], number: int
+) -> NDArray[np.int16]:
+    """Return which other region is beyond the rim on each ray, -1 where none is."""
+    height, width = owner.shape
+    places = border.points + (away + 1.5)[:, None] * border.normals
+    x = np.clip(np.rint(places[:, 0]), 0, width - 1).astype(int)
+    y = np.clip(np.rint(places[:, 1]), 0, height - 1).astype(int)
+    other = owner[y, x]
+    return np.where(other == number, np.int16(-1), other)
+
+
+def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region]) -> bool:
+    """Return whether a region is what packed droplets leave between them."""
+    others = beyond[beyond >= 0]
+    if len(others) < _GAP_SHARED * len(beyond):
+        return False
+    around = [regions[number].area for number in np.unique(others).tolist()]
+    if region.area > _GAP_SIZE * float(np.median(around)):
+        return False
+    left, top, wide, high = cv2.boundingRect(region.hole)
+    mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)
+    cv2.drawContours(mask, [region.hole], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
+    inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max())
+    return math.pi * inner**2 < _GAP_ROUNDNESS * cv2.countNonZero(mask)

@@ -1,0 +1,321 @@
+"""Spots: droplets that are darker all over than the fluid about them.
+
+Dyed, fluorescent (in the negative) or small droplets show no rim. What is darker than the light
+about it is a spot at each of several levels; a spot that is not convex is parted where it is
+narrow. Of the spots that one droplet makes at several levels the one with the sharpest border
+stays. Rays across the border find where brightness is halfway between both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff import _core
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.reading import Frame
+from pinchoff.video.regions import (
+    LEAST_CONTRAST,
+    Border,
+    Groups,
+    Walk,
+    alike,
+    border_of,
+    closedness,
+    is_compact,
+    is_ground,
+    leaves_view,
+    outside_view,
+    sampled,
+    smoothed,
+    standing_rows,
+    without_bays,
+)
+from pinchoff.video.signal import Image, Signal, noise_of
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Pixels = NDArray[np.uint8]
+
+_DENOISING = 1.0  # standard deviation of the filter, pixels
+_LEVELS = 9  # of darkness, from the noise to nearly the darkest
+_NEARLY = 0.8
+_REACH = 0.25  # of the radius: how far rays go to both sides
+_LEAST_REACH = 3.0  # pixels
+_VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
+_STEP = 0.5  # along rays, pixels
+_NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
+_SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
+_CELLS = 0.4  # share of a spot that those within it fill, if it is no droplet itself
+
+
+class _Spot(NamedTuple):
+    """One spot at one level; lengths in pixels."""
+
+    walk: Walk
+    area: float
+    x: float
+    y: float
+    border: Border
+    move: Floats  # outwards to the edge, along each ray
+    level: float
+    score: float
+
+
+class Scene(NamedTuple):
+    """What is the same in all frames of a clip.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation, grey levels.
+    levels : tuple of float
+        Of darkness, grey levels below the local light.
+    view : ndarray of uint8, shape (height, width), or None
+        Not zero beyond the dark edge of the view.
+    standing : ndarray, shape (n, 3)
+        Centre x, y and area of spots that never move.
+    """
+
+    noise: float
+    levels: tuple[float, ...]
+    view: Pixels | None
+    standing: Floats
+
+
+class SpotSegmenter:
+    """Find the droplets that are dark all over.
+
+    Parameters
+    ----------
+    signal : Signal
+        The picture in which droplets are dark.
+    window : int
+        Side of the square over which the local light is taken, pixels; odd, larger than a droplet.
+    minimum_area : float
+        Of a droplet, pixels.
+    scene : Scene
+    """
+
+    def __init__(self, signal: Signal, window: int, minimum_area: float, scene: Scene) -> None:
+        self.signal, self.window, self.scene = signal, window, scene
+        self.minimum_area = minimum_area
+
+    @classmethod
+    def learned(
+        cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
+    ) -> SpotSegmenter:
+        """Return one for a clip, after a sample of its frames."""
+        images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
+        noise = float(np.median([noise_of(image) for image in images]))
+        scene = Scene(noise, (), outside_view(images[0]), np.empty((0, 3)))
+        first = cls(signal, window, minimum_area, scene)
+        darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
+        faintest = LEAST_CONTRAST * noise
+        levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
+        first.scene = scene = scene._replace(levels=tuple(levels.tolist()))
+        seen: list[Floats] = []
+        used: set[float] = set()
+        for frame in frames:
+            spots = first._spots(first._darkness(frame))
+            used.update(spot.level for spot in _chosen(spots, frame.luma.shape))
+            seen.append(np.array([[s.x, s.y, s.area] for s in spots]).reshape(-1, 3))
+        scene = scene._replace(levels=tuple(sorted(used)), standing=standing_rows(seen))
+        return cls(signal, window, minimum_area, scene)
+
+    def droplets(self, frame: Frame) -> list[Droplet]:
+        """Return the droplets of a frame, the touching ones apart."""
+        dark = self._darkness(frame)
+        spots = [spot for spot in self._spots(dark) if not self._stands(spot)]
+        height, width = dark.shape
+        kept = _chosen(spots, dark.shape)
+        owner = np.full(dark.shape, -1, dtype=np.int16)
+        for number, spot in enumerate(kept):
+            cv2.drawContours(owner, [spot.walk], -1, number, cv2.FILLED)
+        groups = Groups(len(kept))
+        found: list[Droplet | None] = []
+        for number, spot in enumerate(kept):
+            border = spot.border
+            places = border.points + (spot.move + 1.5)[:, None] * border.normals
+            x = np.clip(np.rint(places[:, 0]), 0, width - 1).astype(int)
+            y = np.clip(np.rint(places[:, 1]), 0, height - 1).astype(int)
+            other = owner[y, x]
+            meets = (other >= 0) & (other != number)
+            for neighbour in np.unique(other[meets]).tolist():
+                groups.join(number, neighbour)
+            away = np.where(meets | border.at_edge, 0.0, spot.move)
+            outline = border.points + smoothed(away)[:, None] * border.normals
+            outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
+            area = _core.area(outline)
+            cut = bool(border.at_edge.any())
+            cut = cut or leaves_view(self.scene.view, outline, border.normals, _VIEW_PX)
+            middle_x, middle_y = _core.centroid(outline)
+            droplet = Droplet(outline, area, middle_x, middle_y, cut, -1)
+            found.append(droplet if area >= self.minimum_area else None)
+        numbers = groups.numbers([droplet is not None for droplet in found])
+        return [
+            droplet._replace(group=group)
+            for droplet, group in zip(found, numbers, strict=True)
+            if droplet is not None
+        ]
+
+    def _stands(self, spot: _Spot) -> bool:
+        row = np.array([spot.x, spot.y, spot.area])
+        return bool(alike(self.scene.standing, row).any())
+
+    def _darkness(self, frame: Frame) -> Image:
+        image = self.signal.of(frame)
+        size = (self.window, self.window)
+        # The light: what is brighter than the local mean, averaged again, knows little of spots.
+        local = cv2.blur(image, size, borderType=cv2.BORDER_REFLECT)
+        light = cv2.blur(cv2.max(image, local), size, borderType=cv2.BORDER_REFLECT)
+        dark: Image = cv2.subtract(light, cv2.GaussianBlur(image, (0, 0), _DENOISING))
+        return dark
+
+    def _spots(self, dark: Image) -> list[_Spot]:
+        return [spot for level in self.scene.levels for spot in self._at_level(dark, level)]
+
+    def _at_level(self, dark: Image, level: float) -> list[_Spot]:
+        mask = cv2.compare(dark, level, cv2.CMP_GT)
+        mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+        walks, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        spots: list[_Spot] = []
+        for walk in walks:
+            if cv2.contourArea(walk) < 0.5 * self.minimum_area:
+                continue
+            whole = without_bays(walk)
+            if is_ground(whole, (dark.shape[1], dark.shape[0])):
+                continue
+            parts = [whole] if is_compact(whole) else self._parted(walk)
+            for part in parts:
+                spot = self._measured(part, dark, level)
+                if spot is not None:
+                    spots.append(spot)
+        return spots
+
+    def _parted(self, walk: Walk) -> list[Walk]:
+        """Return the compact parts of a spot that necks divide."""
+        left, top, wide, high = cv2.boundingRect(walk)
+        inside = np.zeros((high + 2, wide + 2), dtype=np.uint8)
+        cv2.drawContours(inside, [walk], -1, 255, cv2.FILLED, offset=(1 - left, 1 - top))
+        depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
+        smallest = 0.5 * math.sqrt(self.minimum_area / math.pi)
+        cores = _cores(depth, smallest)
+        count, labels = cv2.connectedComponents(cores)
+        if count < 3:
+            return []
+        labels += 1
+        labels[(inside > 0) & (cores == 0)] = 0
+        ridge = cv2.convertScaleAbs(depth, alpha=255.0 / max(float(depth.max()), 1.0))
+        cv2.watershed(cv2.cvtColor(255 - ridge, cv2.COLOR_GRAY2BGR), labels)
+        parts = []
+        for number in range(2, count + 1):
+            own = np.where(labels == number, 255, 0).astype(np.uint8)
+            walks, _ = cv2.findContours(
+                own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left - 1, top - 1)
+            )
+            if not walks:
+                continue
+            part = without_bays(max(walks, key=cv2.contourArea))
+            if cv2.contourArea(part) >= 0.5 * self.minimum_area and is_compact(part):
+                parts.append(part)
+        return parts
+
+    def _measured(self, walk: Walk, dark: Image, level: float) -> _Spot | None:
+        height, width = dark.shape
+        border = border_of(walk[:, 0, :], (width, height))
+        area = cv2.contourArea(walk)
+        reach = max(_LEAST_REACH, _REACH * math.sqrt(area / math.pi))
+        along = np.arange(-reach, reach + 1e-6, _STEP)
+        profiles = sampled(dark, border.points, border.normals, along)
+        third = max(1, len(along) // 4)
+        inner = profiles[:, :third].mean(axis=1)
+        outer = profiles[:, len(along) // 2 :].min(axis=1)
+        contrast = inner - outer
+        # Where it is as dark beyond, another part of the spot goes on.
+        beyond = profiles[:, int(np.searchsorted(along, 2.0))]
+        open_ends = border.at_edge | (beyond > level)
+        score = closedness(contrast, open_ends, self.scene.noise)
+        if score <= 0.0:
+            return None
+        steep = np.abs(np.diff(profiles[:, third:-third], axis=1)).max(axis=1) / _STEP
+        sharp = float(np.median(steep[~open_ends])) / max(float(np.median(contrast)), 1e-6)
+        half = 0.5 * (inner + outer)
+        x, y = border.points.mean(axis=0).tolist()
+        move = _crossing(profiles, along, half)
+        return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
+
+
+def _cores(depth: Image, smallest: float) -> Pixels:
+    """Return where the middles of the parts of a spot are, from the depth below its border."""
+    size = max(3, int(2.0 * smallest)) | 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    smooth = cv2.GaussianBlur(depth, (0, 0), 1.0)
+    peaks = (smooth >= cv2.dilate(smooth, disc)) & (smooth > smallest)
+    cores = np.zeros(depth.shape, dtype=np.uint8)
+    # The deepest first: a peak within another's core is a ripple of it, not a droplet.
+    rows, columns = np.nonzero(peaks)
+    for k in np.argsort(-smooth[rows, columns]):
+        row, column = int(rows[k]), int(columns[k])
+        if cores[row, column]:
+            continue
+        radius = int(_NECK * smooth[row, column])
+        taken = np.zeros_like(cores)
+        cv2.circle(taken, (column, row), max(1, radius), 255, cv2.FILLED)
+        if cv2.countNonZero(cv2.min(taken, cores)):
+            # They meet: the neck between is not narrow, unless this one is well apart.
+            cv2.circle(taken, (column, row), max(1, radius // 2), 0, cv2.FILLED)
+            taken = np.zeros_like(cores)
+            cv2.circle(taken, (column, row), max(1, radius // 2), 255, cv2.FILLED)
+            grown = cv2.dilate(cores, np.ones((3, 3), np.uint8))
+            if cv2.countNonZero(cv2.min(taken, grown)):
+                continue
+        cores |= taken
+    return cores
+
+
+def _crossing(profiles: Floats, along: Floats, half: Floats) -> Floats:
+    """Return where each profile falls through a level nearest to its middle; 0 if nowhere."""
+    above = profiles > half[:, None]
+    falls = above[:, :-1] & ~above[:, 1:]
+    cost = np.where(falls, np.abs(along[:-1] + 0.5 * _STEP)[None], np.inf)
+    best = np.argmin(cost, axis=1)
+    rows = np.arange(len(profiles))
+    here, after = profiles[rows, best], profiles[rows, best + 1]
+    share = np.clip((here - half) / np.maximum(here - after, 1e-6), 0.0, 1.0)
+    return np.where(falls[rows, best], along[best] + share * _STEP, 0.0)
+
+
+def _chosen(spots: Sequence[_Spot], shape: tuple[int, ...]) -> list[_Spot]:
+    """Return one spot a droplet: of several levels the surest, of nested ones the outer.
+
+    Not the outer one where others fill it: then it is a cluster of them.
+    """
+    order = sorted(spots, key=lambda spot: -spot.area)
+    owner = np.full(shape, -1, dtype=np.int16)
+    kept: list[_Spot] = []
+    inner: dict[int, list[_Spot]] = {}
+    for spot in order:
+        outer = int(owner[round(spot.y), round(spot.x)])
+        if outer < 0:
+            cv2.drawContours(owner, [spot.walk], -1, len(kept), cv2.FILLED)
+            kept.append(spot)
+        elif spot.area >= _SAME * kept[outer].area:
+            if spot.score > kept[outer].score:
+                kept[outer] = spot
+        else:
+            inner.setdefault(outer, []).append(spot)
+    found = []
+    for number, spot in enumerate(kept):
+        within = _chosen(inner[number], shape) if number in inner else []
+        filled = sum(each.area for each in within)
+        if len(within) > 1 and filled >= _CELLS * spot.area:
+            found += within
+        else:
+            found.append(spot)
+    return found

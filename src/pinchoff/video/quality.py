@@ -1,0 +1,184 @@
+"""How much outlines look like droplets, whoever drew them.
+
+An outline is right if something happens across it all round, it is smooth, and the same outline is
+there again a moment later. That is asked of all methods alike, so that they can be compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.regions import LEAST_CONTRAST, border_of, sampled
+from pinchoff.video.signal import Image
+
+Floats = NDArray[np.float64]
+
+_REACH, _STEP = 3.0, 1.0  # across an outline, pixels
+_FAINT = 0.25  # of the median change across the outline: less is a gap
+_FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
+_STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
+_ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
+_AREA_CHANGE = 0.2  # between two frames, of a droplet that is seen again
+
+
+class Quality(NamedTuple):
+    """What a method's outlines are worth in some frames.
+
+    Attributes
+    ----------
+    score : float
+        Sum over whole outlines of the root of the area, pixels, times how sure each is, from -1
+        to 1; a frame.
+    closed : float
+        Share of the outlines' length across which something happens, from 0 to 1.
+    droplets : float
+        Whole ones a frame.
+    persistent : float
+        Share of them that are there again in the next frame; NaN where none is known.
+    """
+
+    score: float
+    closed: float
+    droplets: float
+    persistent: float = math.nan
+
+
+def quality(images: Sequence[Image], found: Sequence[Sequence[Droplet]], noise: float) -> Quality:
+    """Return what the outlines in some frames are worth.
+
+    Parameters
+    ----------
+    images : sequence of ndarray, shape (height, width)
+        Grey levels.
+    found : sequence of list of Droplet
+        In each of them.
+    noise : float
+        Grey levels.
+    """
+    score, shares, count = 0.0, [], 0
+    for image, droplets in zip(images, found, strict=True):
+        darkest = float(np.quantile(np.abs(image - cv2.blur(image, (15, 15)))[::2, ::2], 0.99))
+        for droplet in droplets:
+            if droplet.cut:
+                continue
+            closed, strength, inner = across(image, droplet.outline, noise)
+            sure = closed**2 * _smoothness(droplet.outline) * (1.0 - 0.5 * inner)
+            sure *= min(1.0, strength / darkest) ** _STRENGTH
+            score += (2.0 * sure - 1.0) * droplet.area**0.5
+            shares.append(closed)
+            count += 1
+    frames = max(1, len(images))
+    return Quality(score / frames, float(np.mean(shares)) if shares else 0.0, count / frames)
+
+
+class _Across(NamedTuple):
+    """What an outline's rays show.
+
+    Attributes
+    ----------
+    closed : float
+        Share of them, from 0 to 1, on which it gets brighter or darker across the outline, the
+        same way as on most, or that have a rim just inside.
+    strength : float
+        How much, grey levels.
+    inner : float
+        Share on which it is soon undone: then the outline is the inner edge of a rim.
+    """
+
+    closed: float
+    strength: float
+    inner: float
+
+
+def across(image: Image, outline: Floats, noise: float) -> _Across:
+    """Return what is seen across an outline.
+
+    Parameters
+    ----------
+    image : ndarray, shape (height, width)
+        Grey levels.
+    outline : ndarray, shape (n, 2)
+        Pixels.
+    noise : float
+        Grey levels.
+    """
+    height, width = image.shape
+    points, normals, _ = border_of(outline)
+    middle = points.mean(axis=0)
+    radius = float(np.hypot(*(points - middle).T).mean())
+    along = np.arange(-_REACH, max(2.0 * _REACH, _FAR * radius), _STEP)
+    profiles = sampled(image, points, normals, along)
+    within = np.all((points > 1.0) & (points < np.array([width, height]) - 2.0), axis=1)
+    if not within.any():
+        return _Across(0.0, 0.0, 0.0)
+    profiles = profiles[within]
+    here = int(np.searchsorted(along, -1e-6))
+    near = int(np.searchsorted(along, _REACH))
+    edge = profiles[:, here + 1 : near + 1].mean(axis=1) - profiles[:, :here].mean(axis=1)
+    sign = 1.0 if np.median(edge) >= 0.0 else -1.0
+    inside = (0.5 * (points + middle)).astype(np.float32)
+    core = cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)
+    rim = sign * (float(np.median(core)) - sign * (sign * profiles[:, : here + 2]).min(axis=1))
+    happens = np.maximum(sign * edge, rim)
+    least = max(_FAINT * float(np.median(happens)), LEAST_CONTRAST * noise)
+    outside = sign * profiles[:, here:]
+    undone = (np.maximum.accumulate(outside, axis=1) - outside).max(axis=1)
+    rise = outside.max(axis=1) - (sign * profiles[:, : here + 1]).min(axis=1)
+    return _Across(
+        float((happens >= least).mean()),
+        float(np.median(happens)),
+        float((undone >= _UNDONE * rise).mean()),
+    )
+
+
+def _smoothness(outline: Floats) -> float:
+    points = outline.astype(np.float32)[:, None, :]
+    hull = cv2.arcLength(cv2.convexHull(points), True)
+    return float(min(1.0, hull / max(cv2.arcLength(points, True), 1e-6)) ** _ROUGHNESS)
+
+
+def persistence(
+    pairs: Sequence[tuple[Sequence[Droplet], Sequence[Droplet]]], size: tuple[int, int]
+) -> float:
+    """Return the share of whole droplets, by their radii, that are not lost a frame later.
+
+    Parameters
+    ----------
+    pairs : sequence of (list of Droplet, list of Droplet)
+        In a frame and in one soon after it.
+    size : (int, int)
+        Width and height of the frame, pixels. What is about to leave does not count.
+    """
+    total, lost = 0.0, 0.0
+    for before, after in pairs:
+        whole = [each for each in before if not each.cut]
+        if not whole:
+            continue
+        old = np.array([[each.x, each.y, each.area] for each in whole])
+        radius = np.sqrt(old[:, 2] / np.pi)
+        total += float(radius.sum())
+        new = np.array([[each.x, each.y, each.area] for each in after]).reshape(-1, 3)
+        distance = np.hypot(*(old[:, None, :2] - new[None, :, :2]).transpose(2, 0, 1))
+        largest = np.maximum(old[:, None, 2], new[None, :, 2])
+        change = np.abs(old[:, None, 2] - new[None, :, 2]) / largest
+        allowed = (distance <= 2.0 * radius[:, None]) & (change <= _AREA_CHANGE)
+        rows, columns = linear_sum_assignment(np.where(allowed, distance, 1e9))
+        gone = np.array([not _leaves(each, size) for each in whole])
+        gone[rows[allowed[rows, columns]]] = False
+        lost += float(radius[gone].sum())
+    return 1.0 - lost / total if total > 0.0 else math.nan
+
+
+def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:
+    """Return whether a droplet is so near to the frame's edge that it may be gone next."""
+    margin = 0.5 * math.sqrt(droplet.area / math.pi)
+    low, high = droplet.outline.min(axis=0), droplet.outline.max(axis=0)
+    return bool(np.any(low < margin) or np.any(high > np.array(size) - 1.0 - margin))

@@ -1,0 +1,270 @@
+"""Regions of a picture that may be droplets, and rays across their borders.
+
+What every segmentation by regions needs: whether a shape is a droplet's, evenly spaced rays
+across its border, which of them the frame or the dark edge of the view ends, what stands still.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.video.signal import Image
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Pixels = NDArray[np.uint8]
+Walk = NDArray[np.int32]
+
+LEAST_CONTRAST = 1.5
+"""Deviations of the noise below which nothing is taken for a rim or an edge."""
+
+_BAY = 0.35  # widest mouth of a bay that a speck on the rim makes, square roots of the area
+_CONVEX = 0.93  # least share of its convex hull that a droplet fills, without such bays
+_FULL = 0.62  # least share of the smallest rectangle about it: a disc fills 0.79, a triangle 0.5
+_LONGEST = 10.0  # its sides
+_SPACING = 1.5  # of rays along the border, pixels
+_FEWEST_RAYS, _MOST_RAYS = 24, 256
+_AT_EDGE = 1.5  # pixels from the outermost ones
+_LARGEST = 0.6  # of the frame
+_SMOOTHING = 1.5  # of the border and of the outline, rays
+_CLOSED = 0.9  # least share of a border, away from the frame's, with contrast
+_FAINT = 0.25  # of the median contrast: fainter is a gap
+_RIMMED = 0.42  # least share of the whole border: a quarter of a disc in a corner has 0.44
+_CUT_SHARE = 0.04  # of the border along the dark edge of the view
+_VIEW_DARKNESS = 0.12  # of the median grey level
+_VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
+_STILL_PX, _STILL_AREA = 1.0, 0.03  # how much what stands still may seem to move and to change
+_STILL_SHARE = 0.75  # of the frames in which it is seen
+
+
+class Border(NamedTuple):
+    """Rays outwards from the border of an enclosed region.
+
+    Attributes
+    ----------
+    points, normals : ndarray, shape (n, 2)
+        Pixels, clockwise as seen; outward unit vectors.
+    at_edge : ndarray of bool, shape (n,)
+        Where the region ends at the frame.
+    """
+
+    points: Floats
+    normals: Floats
+    at_edge: Bools
+
+
+def outside_view(image: Image) -> Pixels | None:
+    """Return a mask of the dark edge of the view, as of an eyepiece; None where there is none."""
+    dark = cv2.compare(image, _VIEW_DARKNESS * float(np.median(image[::4, ::4])), cv2.CMP_LT)
+    height, width = dark.shape
+    side = max(3, int(_VIEW_WIDTH * min(height, width))) | 1
+    dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)
+    dark = cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
+    dark = dark[side:-side, side:-side]
+    walks, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    mask = np.zeros((height, width), dtype=np.uint8)
+    for walk in walks:
+        left, top, wide, high = cv2.boundingRect(walk)
+        if left == 0 or top == 0 or left + wide == width or top + high == height:
+            cv2.drawContours(mask, [walk], -1, 255, cv2.FILLED)
+    return mask if mask.any() else None
+
+
+def without_bays(walk: Walk) -> Walk:
+    """Return the walk round a region without the narrow bays that specks on its rim make."""
+    hull = cv2.convexHull(walk, returnPoints=False)
+    try:
+        defects = cv2.convexityDefects(walk, hull)
+    except cv2.error:  # walks that touch themselves
+        return walk
+    if defects is None:
+        return walk
+    widest = _BAY * math.sqrt(cv2.contourArea(walk))
+    keep = np.ones(len(walk), dtype=bool)
+    for start, end, _, depth in defects.reshape(-1, 4).tolist():
+        mouth = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
+        if depth > 256 and mouth <= widest:  # a pixel
+            if start < end:
+                keep[start + 1 : end] = False
+            else:
+                keep[start + 1 :] = False
+                keep[:end] = False
+    return walk[keep]
+
+
+def is_compact(walk: Walk) -> bool:
+    """Return whether a region is convex, not a sliver and not three-cornered."""
+    area = cv2.contourArea(walk)
+    if area < _CONVEX * cv2.contourArea(cv2.convexHull(walk)):
+        return False
+    _, sides, _ = cv2.minAreaRect(walk)
+    short, long = min(sides), max(sides)
+    return long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long
+
+
+def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
+    """Return whether a region is what droplets are in: it goes from one edge to the other.
+
+    Parameters
+    ----------
+    walk : ndarray, shape (n, 1, 2)
+        Round it.
+    size : (int, int)
+        Width and height of the frame, pixels.
+    """
+    left, top, wide, high = cv2.boundingRect(walk)
+    if wide * high > _LARGEST * size[0] * size[1]:
+        return True
+    near = _AT_EDGE + 1.0
+    across = left <= near and left + wide >= size[0] - near
+    return across or (top <= near and top + high >= size[1] - near)
+
+
+def standing_rows(seen: Sequence[Floats]) -> Floats:
+    """Return the regions that stand still while others move: walls, dust, a clock.
+
+    Parameters
+    ----------
+    seen : sequence of ndarray, shape (n, 3)
+        Centre x, y and area of the regions in each frame.
+
+    Returns
+    -------
+    ndarray, shape (m, 3)
+        None where nothing moves: then what is there are the droplets.
+    """
+    nothing = np.empty((0, 3))
+    if len(seen) < 3:
+        return nothing
+    every = np.concatenate(seen)
+    frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
+    still = np.array(
+        [len(np.unique(frames[alike(every, row)])) >= _STILL_SHARE * len(seen) for row in every],
+        dtype=bool,
+    )
+    return every[still] if len(every) and not still.all() else nothing
+
+
+def alike(rows: Floats, row: Floats) -> Bools:
+    """Return which rows of centre and area agree with one."""
+    away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
+    change = np.abs(rows[:, 2] - row[2])
+    agree: Bools = (away <= _STILL_PX) & (change <= _STILL_AREA * row[2])
+    return agree
+
+
+def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border:
+    """Return evenly spaced points round a region, clockwise as seen, with outward normals.
+
+    Parameters
+    ----------
+    line : ndarray, shape (n, 2)
+        Round the region, pixels.
+    size : (int, int), optional
+        Width and height of the frame, pixels, if the region may end at its edge.
+    """
+    line = line.astype(np.float64)
+    steps = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    count = int(np.clip(along[-1] / _SPACING, _FEWEST_RAYS, _MOST_RAYS))
+    places = np.arange(count) * (along[-1] / count)
+    closed = np.vstack([line, line[:1]])
+    points = np.column_stack([np.interp(places, along, closed[:, k]) for k in (0, 1)])
+    at_edge = np.zeros(count, dtype=bool)
+    if size is not None:
+        last = np.array(size) - 1.0
+        at_edge = np.any((points <= _AT_EDGE) | (points >= last - _AT_EDGE), axis=1)
+    smooth = np.column_stack([smoothed(points[:, k]) for k in (0, 1)])
+    points = np.where(at_edge[:, None], points, smooth)
+    tangents = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
+    if cv2.contourArea(points.astype(np.float32), oriented=True) < 0.0:
+        # OpenCV walks round holes clockwise as seen, round the outside the other way.
+        points, tangents, at_edge = points[::-1], -tangents[::-1], at_edge[::-1]
+    lengths = np.maximum(np.hypot(tangents[:, 0], tangents[:, 1]), 1e-9)
+    normals = np.column_stack([tangents[:, 1], -tangents[:, 0]]) / lengths[:, None]
+    return Border(points, normals, at_edge)
+
+
+def smoothed(values: Floats) -> Floats:
+    """Return values round a closed line, smoothed a little."""
+    line = np.ascontiguousarray(values, dtype=np.float64).reshape(1, -1)
+    padded = np.concatenate([line[:, -8:], line, line[:, :8]], axis=1)
+    smooth = cv2.GaussianBlur(padded, (0, 0), sigmaX=_SMOOTHING, sigmaY=0.01)
+    return np.asarray(smooth[0, 8:-8])
+
+
+def sampled(dark: Image, points: Floats, normals: Floats, reach: Floats) -> Floats:
+    """Return the darkness along rays, shape (rays, samples)."""
+    x = (points[:, :1] + normals[:, :1] * reach).astype(np.float32)
+    y = (points[:, 1:] + normals[:, 1:] * reach).astype(np.float32)
+    rows = []
+    for start in range(0, len(x), 30_000):  # a table may not have more rows than fit in 16 bits
+        part = slice(start, start + 30_000)
+        rows.append(
+            cv2.remap(dark, x[part], y[part], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        )
+    return np.concatenate(rows)
+
+
+def closedness(contrast: Floats, at_edge: Bools, noise: float) -> float:
+    """Return how closed and even a rim is, from 0 to 1; 0 if it is not closed."""
+    free = contrast[~at_edge]
+    if len(free) < _RIMMED * len(contrast):
+        return 0.0
+    middle = float(np.median(free))
+    least = max(_FAINT * middle, LEAST_CONTRAST * noise)
+    if np.count_nonzero(free >= least) < _CLOSED * len(free):
+        return 0.0
+    low = float(np.quantile(free, 0.1))
+    return math.sqrt(max(low, 0.0) / middle)
+
+
+def leaves_view(view: Pixels | None, points: Floats, normals: Floats, reach: float) -> bool:
+    """Return whether the dark edge of the view cuts a droplet.
+
+    Parameters
+    ----------
+    view : ndarray, shape (height, width), or None
+        What `outside_view` returns.
+    points, normals : ndarray, shape (n, 2)
+        Round the droplet, outward unit vectors.
+    reach : float
+        How far beyond the points the edge of the view begins if it does cut it, pixels.
+    """
+    if view is None:
+        return False
+    height, width = view.shape
+    beyond = points + reach * normals
+    x = np.clip(np.rint(beyond[:, 0]), 0, width - 1).astype(int)
+    y = np.clip(np.rint(beyond[:, 1]), 0, height - 1).astype(int)
+    return bool(np.count_nonzero(view[y, x]) >= _CUT_SHARE * len(points))
+
+
+class Groups:
+    """Which droplets touch: each is in the group of every other that it meets."""
+
+    def __init__(self, count: int) -> None:
+        self._parent = list(range(count))
+
+    def _root(self, member: int) -> int:
+        while self._parent[member] != member:
+            member = self._parent[member]
+        return member
+
+    def join(self, one: int, other: int) -> None:
+        self._parent[self._root(one)] = self._root(other)
+
+    def numbers(self, present: Sequence[bool]) -> list[int]:
+        """Return the number of each member's group, -1 for those that are alone."""
+        roots = [self._root(member) for member in range(len(self._parent))]
+        sizes: dict[int, int] = {}
+        for root, there in zip(roots, present, strict=True):
+            sizes[root] = sizes.get(root, 0) + there
+        numbers: dict[int, int] = {}
+        return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]

@@ -1,0 +1,203 @@
+"""Processes: clips side by side, and the frames of one clip; what comes back is in order.
+
+A worker that a damaged file ends, as some libraries let happen, takes neither the other clips
+nor this process with it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import pickle
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.context import SpawnContext
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+
+if TYPE_CHECKING:
+    from pinchoff.video.droplets import Droplet
+    from pinchoff.video.reading import Frame
+
+Job = TypeVar("Job")
+Result = TypeVar("Result")
+
+_LOOK_S = 0.2  # between two looks at how far the workers are
+_AHEAD = 4  # frames a worker that wait for it
+
+# Not forked: the libraries of video and pictures have threads of their own.
+_CONTEXT: SpawnContext = multiprocessing.get_context("spawn")
+
+
+class Finds(Protocol):
+    """What finds the droplets of a frame, whatever came before it."""
+
+    def droplets(self, frame: Frame) -> list[Droplet]:
+        """Return the droplets of a frame."""
+        ...
+
+
+class _Worker:
+    """What a process knows of its work; set when it starts."""
+
+    counts: Any = None
+    segmenter: Finds
+
+
+def all_done(
+    jobs: Sequence[Job],
+    work: Callable[[Job, Callable[[int], object]], Result],
+    broken: Callable[[Job], Result],
+    processes: int,
+    show: Callable[[float], object] | None = None,
+) -> Iterator[Result]:
+    """Do jobs in processes, and yield what comes of each as soon as it is there.
+
+    Parameters
+    ----------
+    jobs : sequence
+    work : callable
+        Function of a module that does a job. Its second argument is to be called with how much
+        of it is done.
+    broken : callable
+        Gives the result of a job whose process ended.
+    processes : int
+        How many work at a time; with one they are done here.
+    show : callable, optional
+        Called now and then with how much is done of all jobs.
+    """
+    if processes <= 1:
+        before = 0.0
+        for job in jobs:
+            last = [0.0]
+
+            def count(done: float, last: list[float] = last, before: float = before) -> None:
+                last[0] = done
+                if show is not None:
+                    show(before + done)
+
+            yield work(job, count)
+            before += last[0]
+        return
+    done = _CONTEXT.RawArray(ctypes.c_int64, [-1] * len(jobs))  # -1: not begun
+    left = list(range(len(jobs)))
+    while left:
+        finished: set[int] = set()
+        for k, result in _in_pool(jobs, left, work, processes, done, show):
+            finished.add(k)
+            yield result
+        left = [k for k in left if k not in finished]
+        # The process of one of those that had begun ended, and all others with it: each alone.
+        suspects = [k for k in left if done[k] >= 0]
+        for k in suspects or ([] if finished else list(left)):
+            left.remove(k)
+            alone = [result for _, result in _in_pool(jobs, [k], work, 1, done, show)]
+            yield alone[0] if alone else broken(jobs[k])
+
+
+def _in_pool(
+    jobs: Sequence[Job],
+    chosen: Sequence[int],
+    work: Callable[[Job, Callable[[int], object]], Result],
+    processes: int,
+    done: Any,
+    show: Callable[[float], object] | None,
+) -> Iterator[tuple[int, Result]]:
+    """Yield the results of some jobs until all are done or a process has ended by itself."""
+    with ProcessPoolExecutor(
+        min(processes, len(chosen)), _CONTEXT, initializer=_begin, initargs=(done, b"")
+    ) as pool:
+        futures = {pool.submit(_counted, work, jobs[k], k): k for k in chosen}
+        waiting: set[Future[Result]] = set(futures)
+        try:
+            while waiting:
+                ready, waiting = wait(waiting, _LOOK_S, FIRST_COMPLETED)
+                if show is not None:
+                    show(sum(max(0, count) for count in done))
+                for future in ready:
+                    try:
+                        result = future.result()
+                    except BrokenProcessPool:
+                        continue
+                    yield futures[future], result
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _begin(counts: Any, segmenter: bytes) -> None:
+    """Prepare a process: it ends with its parent, however that ends."""
+    _Worker.counts = counts
+    if segmenter:
+        _Worker.segmenter = pickle.loads(segmenter)
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: Any) -> None:
+    parent.join()
+    os._exit(1)
+
+
+def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k: int) -> Result:
+    _Worker.counts[k] = 0
+
+    def count(done: int) -> None:
+        _Worker.counts[k] = done
+
+    return work(job, count)
+
+
+def segmented(
+    frames: Iterable[Frame], segmenter: Finds, processes: int
+) -> Iterator[tuple[Frame, list[Droplet]]]:
+    """Yield every frame with its droplets, in order.
+
+    Parameters
+    ----------
+    frames : iterable of Frame
+    segmenter : Finds
+        Is copied to the processes. One that cannot be, as a function of a user's script, works
+        here.
+    processes : int
+        How many look for droplets at a time; with one it is done here.
+    """
+    copied = _copied(segmenter) if processes > 1 else b""
+    if not copied:
+        for frame in frames:
+            yield frame, segmenter.droplets(frame)
+        return
+    waiting: deque[tuple[Frame, Future[list[Droplet]]]] = deque()
+    with ProcessPoolExecutor(
+        processes, _CONTEXT, initializer=_begin, initargs=(None, copied)
+    ) as pool:
+        try:
+            for frame in frames:
+                waiting.append((frame, pool.submit(_droplets, frame)))
+                if len(waiting) >= _AHEAD * processes:
+                    first, found = waiting.popleft()
+                    yield first, found.result()
+            while waiting:
+                first, found = waiting.popleft()
+                yield first, found.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _copied(segmenter: Finds) -> bytes:
+    try:
+        return pickle.dumps(segmenter)
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return b""
+
+
+def _droplets(frame: Frame) -> list[Droplet]:
+    import cv2
+
+    cv2.setNumThreads(1)  # frames are looked at side by side
+    return _Worker.segmenter.droplets(frame)

@@ -1,0 +1,188 @@
+"""One bad clip takes no other with it, and how many processes work does not show in the rows."""
+
+from __future__ import annotations
+
+import os
+import time
+
+import numpy as np
+import pandas as pd
+import pytest
+import tifffile
+
+from pinchoff.video import batch
+from pinchoff.video.batch import clip_sources, measure_videos
+from pinchoff.video.microscope import Scene, film
+from pinchoff.video.settings import VideoSettings
+from pinchoff.video.workers import all_done, segmented
+
+SETTINGS = VideoSettings(pixel_size_um=5.0, fps=60.0)
+OBSTACLE = (150.0, 80.0, 16.0)
+
+
+@pytest.fixture
+def good(tmp_path, disc, sliding, microscope):
+    """A clip with one collision."""
+    scene = Scene((sliding(disc(20.0), 20.0, 8.0, OBSTACLE),))
+    return film(scene, tmp_path / "good.mp4", 60, microscope=microscope).clip
+
+
+def bad_ones(folder, good):
+    """Write clips that libraries refuse in their own ways, and return them."""
+    folder.mkdir()
+    whole = good.read_bytes()
+    (folder / "truncated.mp4").write_bytes(whole[: len(whole) // 2])
+    (folder / "text.avi").write_text("no film")
+    (folder / "empty.tif").write_bytes(b"")
+    tifffile.imwrite(folder / "tiny.tif", np.zeros((5, 1, 1), np.uint8))
+    tifffile.imwrite(folder / "huge.tif", np.zeros((16, 16), np.uint8))
+    with tifffile.TiffFile(folder / "huge.tif", mode="r+") as file:
+        for tag in ("ImageWidth", "ImageLength"):
+            file.pages[0].tags[tag].overwrite(60000)
+    (folder / "pictures").mkdir()
+    (folder / "pictures" / "a0.png").write_bytes(b"\x89PNG\r\n")
+    (folder / "film.mraw").write_bytes(b"\0" * 100)
+    return sorted(folder.iterdir())
+
+
+@pytest.mark.parametrize("processes", [1, 3])
+def test_bad_clips_are_told_and_the_good_one_measured(tmp_path, good, processes):
+    bad = bad_ones(tmp_path / "bad", good)
+    out = tmp_path / "out"
+    result = measure_videos([*bad, good], out, SETTINGS, processes=processes, overlay=False)
+    assert len(result.collisions) == 1
+    assert [clip.name for clip in result.clips if not clip.error] == ["good"]
+    for clip, path in zip(result.clips, bad, strict=False):
+        assert str(path) in clip.error
+        assert " must be " in clip.error
+    assert sorted(path.name for path in (out / "clips").iterdir()) == ["good"]
+
+
+def test_no_numbers_in_a_clip(tmp_path, good):
+    pages = np.full((5, 64, 64), 0.5, np.float32)
+    pages[2, 3, 4] = np.nan
+    tifffile.imwrite(tmp_path / "nan.tif", pages)
+    result = measure_videos([tmp_path / "nan.tif", good], tmp_path / "out", SETTINGS, processes=1)
+    assert not any(clip.error for clip in result.clips)
+    assert "1 values are no numbers" in result.clips[0].result["warning"]
+
+
+def test_an_error_that_nobody_foresaw_is_the_clips_own(tmp_path, good, monkeypatch):
+    def fails(*_args, **_how):
+        raise ZeroDivisionError("float\ndivision")
+
+    monkeypatch.setattr("pinchoff.video.clips.measure_clip", fails)
+    result = measure_videos([good], tmp_path / "out", SETTINGS, processes=1)
+    assert result.clips[0].error == (
+        f"{good} must be a clip that can be measured; got ZeroDivisionError: float division; see "
+        "whether a player or Fiji opens it, and save it anew from there"
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_clip_that_was_measured_stays_when_it_fails_later(tmp_path, good):
+    out = tmp_path / "out"
+    measure_videos([good], out, SETTINGS, processes=1)
+    good.write_text("no film")
+    again = measure_videos([good], out, SETTINGS, processes=1)
+    assert again.clips[0].error
+    assert (out / "clips" / "good" / "obstacles.toml").exists()
+
+
+def test_a_damaged_result_is_measured_again(tmp_path, good):
+    out = tmp_path / "out"
+    measure_videos([good], out, SETTINGS, processes=1, overlay=False)
+    tracks = out / "clips" / "good" / "tracks.parquet"
+    tracks.write_bytes(tracks.read_bytes()[:-50])
+    again = measure_videos([good], out, SETTINGS, processes=1, overlay=False)
+    assert not again.clips[0].reused
+    assert not again.clips[0].error
+
+
+def _ends(job, count):
+    """Do what a job says: "end" ends the process, as a damaged file may."""
+    count(1)
+    if job == "end":
+        time.sleep(0.5)
+        os._exit(7)
+    time.sleep(0.05)
+    return f"{job} done"
+
+
+def _broken(job):
+    return f"{job} broken"
+
+
+def test_a_process_that_ends_costs_its_own_job_only():
+    jobs = ["a", "end", "b", "c", "end", "d"]
+    found = sorted(all_done(jobs, _ends, _broken, 2))
+    assert found == ["a done", "b done", "c done", "d done", "end broken", "end broken"]
+
+
+def test_progress_is_summed_over_jobs():
+    shown = []
+    assert sorted(all_done("abc", _ends, _broken, 1, shown.append)) == [
+        "a done",
+        "b done",
+        "c done",
+    ]
+    assert shown == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("overlay", [False, True])
+def test_rows_do_not_depend_on_the_processes(tmp_path, good, overlay):
+    tables = []
+    for processes in (1, 3):
+        out = tmp_path / f"out{processes}"
+        measure_videos([good], out, SETTINGS, processes=processes, overlay=overlay)
+        folder = out / "clips" / "good"
+        names = ("collisions.parquet", "tracks.parquet", "events.parquet")
+        tables.append([pd.read_parquet(folder / name) for name in names])
+        tables[-1].append((folder / "outlines.gsd").read_bytes())
+    for one, other in zip(*tables, strict=True):
+        if isinstance(one, bytes):
+            assert len(one) == len(other)
+        else:
+            pd.testing.assert_frame_equal(one, other)
+
+
+class _Unpicklable:
+    def __init__(self):
+        self.found = lambda frame: [frame]
+
+    def droplets(self, frame):
+        return self.found(frame)
+
+
+def test_a_users_function_that_cannot_be_copied_works_here():
+    assert list(segmented([1, 2], _Unpicklable(), 4)) == [(1, [1]), (2, [2])]
+
+
+@pytest.mark.parametrize("name", ["...mp4", "..mp4", ".mp4", "... .mp4"])
+def test_names_stay_inside_the_results(tmp_path, name):
+    (tmp_path / name).touch()
+    ((found, _),) = clip_sources([tmp_path / name]).items()
+    inside = (tmp_path / "out" / "clips" / found).resolve()
+    assert inside.parent == (tmp_path / "out" / "clips").resolve()
+
+
+def test_a_folder_of_stacks_stands_for_these(tmp_path):
+    for name in ("b.tif", "a.tif"):
+        tifffile.imwrite(tmp_path / name, np.zeros((5, 16, 16), np.uint8))
+    assert list(clip_sources([tmp_path])) == ["a", "b"]
+    (tmp_path / "singles").mkdir()
+    for k in range(3):
+        tifffile.imwrite(tmp_path / "singles" / f"{k}.tif", np.zeros((16, 16), np.uint8))
+    assert list(clip_sources([tmp_path / "singles"])) == ["singles"]
+
+
+def test_frames_and_crop_of_a_clip(tmp_path, good):
+    part = SETTINGS.replace(frames="10:50", crop=(20, 10, 200, 150))
+    whole = measure_videos([good], tmp_path / "whole", SETTINGS, processes=1, overlay=False)
+    result = measure_videos([good], tmp_path / "part", part, processes=1, overlay=False)
+    one, other = (each.collisions.iloc[0] for each in (whole, result))
+    assert other["contact_frame"] == one["contact_frame"]
+    assert other["contact_time_s"] == pytest.approx(one["contact_time_s"])
+    assert other["obstacle_x_um"] == pytest.approx(one["obstacle_x_um"] - 20 * 5.0, abs=2.0)
+    assert result.clips[0].result["frames"] == 40
+    assert batch.CLIPS in {path.name for path in (tmp_path / "part").iterdir()}
