@@ -1,4 +1,6 @@
-"""The direction of imports: between the ten rooms strictly downwards, between files no circle.
+"""The direction of imports: between the rooms strictly downwards, between files no circle.
+
+Besides, no file sees two others of one name, and the library does not speak of the command line.
 
 Every import counts, those for type checkers and those inside functions too: they say which file
 knows of which.
@@ -7,6 +9,7 @@ knows of which.
 from __future__ import annotations
 
 import ast
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -20,6 +23,7 @@ ROOMS = (
     "studies",
     "video",
     "chamber",
+    "explorer",
     "figures",
     "explorer",
     "paper",
@@ -128,3 +132,24 @@ def test_a_circle_is_seen():
     pairs = [("pinchoff.a", "pinchoff.b", ""), ("pinchoff.b", "pinchoff.a", "")]
     assert circle(pairs)
     assert circle(pairs[:1]) is None
+
+
+def test_no_file_sees_two_of_one_name():
+    seen = {}
+    for module, target, _ in all_imports():
+        if not MODULES.get(target, PACKAGE / "__init__.py").name.startswith("__init__"):
+            seen.setdefault(module, set()).add(target)
+    for module, targets in seen.items():
+        names = [target.rpartition(".")[2] for target in {*targets, module} if "." in target]
+        # A command is called as users call it, whatever the file below it is called.
+        own = module.rpartition(".")[2] if room_of(module) == "cli" else None
+        assert len({*names}) == len(names) - (names.count(own) > 1), (module, sorted(targets))
+
+
+def test_the_library_does_not_speak_of_options():
+    option = re.compile(r"(?<![-\w])--[a-z]{2,}")
+    named_by_its_command = "pinchoff.video.comparison"
+    for module, path in MODULES.items():
+        if room_of(module) not in ("cli", "") and module != named_by_its_command:
+            found = option.findall(path.read_text(encoding="utf-8"))
+            assert not found, f"{module} says {found}"
