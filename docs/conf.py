@@ -17,6 +17,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "command_help",
     "formulas",
+    "live_model",
     "parameter_table",
 ]
 exclude_patterns = ["_extensions"]

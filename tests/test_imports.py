@@ -1,4 +1,4 @@
-"""The direction of imports: between the ten rooms strictly downwards, between files no circle.
+"""The direction of imports: between the rooms strictly downwards, between files no circle.
 
 Besides, no file sees two others of one name, and the library does not speak of the command line.
 
@@ -23,6 +23,7 @@ ROOMS = (
     "studies",
     "video",
     "chamber",
+    "explorer",
     "figures",
     "explorer",
     "paper",

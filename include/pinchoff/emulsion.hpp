@@ -238,6 +238,8 @@ private:
         parent_.resize(boxes_.size());
         std::iota(parent_.begin(), parent_.end(), 0);
         for (const DropletPair& p : pairs_) join(p.first, p.second);
+        for (std::size_t i = 1; i < boxes_.size() && world_.exhaustive; ++i)
+            join(0, static_cast<int>(i));
         place_.assign(boxes_.size(), -1);
         groups_.clear();
         for (int i = 0; i < static_cast<int>(boxes_.size()); ++i) {

@@ -26,7 +26,7 @@ std::vector<double> numbers_of(Numbers values) {
 void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, Triples droplets,
               Numbers cell, bool periodic_x, bool periodic_y, double window,
               double smallest_breaking, Numbers inlet, Numbers diameters, double outlet,
-              std::uint64_t seed, int threads) {
+              std::uint64_t seed, int threads, bool exhaustive) {
     const Box box{cell.data()[0], cell.data()[1], cell.data()[2], cell.data()[3]};
     const Period period{periodic_x ? box.right - box.left : 0.0,
                         periodic_y ? box.top - box.bottom : 0.0};
@@ -35,6 +35,7 @@ void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, 
     world.sample_interval = window;
     world.retires = true;
     world.smallest_breaking = smallest_breaking;
+    world.exhaustive = exhaustive;
     EmulsionSettings settings;
     settings.cell = box;
     const double* in = inlet.data();
@@ -67,15 +68,18 @@ Matrix take_events(EmulsionRun& self) {
 /// All outlines in flat arrays: numbers and generations (n, 2), offsets (n + 1), vertices and
 /// velocities (v, 2).
 nb::tuple frame(const EmulsionRun& self) {
-    std::vector<Vec2> numbers, vertices, velocities;
+    std::size_t count = 0;
+    for (const Droplet& d : self.emulsion.droplets()) count += d.ring.count;
+    std::vector<Vec2> numbers, vertices(count), velocities(count);
     std::vector<double> offsets{0.0};
+    std::size_t next = 0;
     for (const Droplet& d : self.emulsion.droplets()) {
         numbers.push_back({static_cast<double>(d.id), static_cast<double>(d.generation)});
-        for (int i = 0; i < d.ring.count; ++i) {
-            vertices.push_back({d.ring.x[i], d.ring.y[i]});
-            velocities.push_back({d.ring.vx[i], d.ring.vy[i]});
+        for (int i = 0; i < d.ring.count; ++i, ++next) {
+            vertices[next] = {d.ring.x[i], d.ring.y[i]};
+            velocities[next] = {d.ring.vx[i], d.ring.vy[i]};
         }
-        offsets.push_back(static_cast<double>(vertices.size()));
+        offsets.push_back(static_cast<double>(next));
     }
     return nb::make_tuple(array_of(numbers), array_of(offsets), array_of(vertices),
                           array_of(velocities));
@@ -105,10 +109,12 @@ void bind_emulsion(nb::module_& m) {
     nb::class_<EmulsionRun>(m, "Emulsion", "Many droplets among many obstacles, run in windows.")
         .def("__init__", &make_run, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a, "cell"_a,
              "periodic_x"_a, "periodic_y"_a, "window"_a, "smallest_breaking"_a, "inlet"_a,
-             "diameters"_a, "outlet"_a, "seed"_a, "threads"_a,
+             "diameters"_a, "outlet"_a, "seed"_a, "threads"_a, "exhaustive"_a = false,
              "model, obstacles (M, 3), droplets (K, 3) as for System; cell: left, right, bottom, "
              "top; inlet: x, bottom, top,\n"
-             "area fraction (zero: none), with the (n,) diameters that are drawn from.")
+             "area fraction (zero: none), with the (n,) diameters that are drawn from; exhaustive: "
+             "one "
+             "island in which everybody is compared with everybody, for comparison.")
         .def("advance", &advance_run, "windows"_a,
              "Run so many windows, fewer when the run has failed. A signal ends it.")
         .def("take_events", &take_events, "(n, len(EVENT_FIELDS)) since this was last asked.")

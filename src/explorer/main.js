@@ -432,11 +432,15 @@ async function runThese(wanted, small, name) {
   let count = 0;
   let faults = 0;
   const begun = performance.now();
+  let shownAt = begun;
   const progress = byId("map-progress");
   const job = runAll(wanted.map((values) => model.row(values)), (k, computed) => {
     ++count;
     if (computed.fault) ++faults;
     else points.add(wanted[k], null, computed, small);
+    // Drawing takes time from the cores that compute.
+    if (performance.now() - shownAt < 200) return;
+    shownAt = performance.now();
     progress.value = count / wanted.length;
     byId("map-word").textContent = `${count} of ${wanted.length}`;
     needsDrawing = true;
@@ -446,6 +450,7 @@ async function runThese(wanted, small, name) {
   progress.hidden = false;
   const whole = await job.done;
   cancelMap = null;
+  needsDrawing = true;
   progress.hidden = true;
   byId("map").textContent = "Map this slice";
   const seconds = ((performance.now() - begun) / 1000).toFixed(1);

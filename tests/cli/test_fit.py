@@ -12,10 +12,12 @@ import pytest
 import pinchoff as po
 from pinchoff.cli import main
 from pinchoff.collisions.parquet import write_collisions
+from pinchoff.explorer.page import is_built
 
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 ALWAYS = ["breakup_probability.png", "constant_height.png", "law.json", "report.html"]
-ALWAYS += ["separated_outcomes.png"]
+ALWAYS += ["separated_outcomes.png", "collisions.parquet"]
+ALWAYS += ["explore.html"] if is_built() else []
 QUICK = ["--samples", "10"]
 
 

@@ -15,6 +15,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import main
+from pinchoff.explorer.page import is_built
 from pinchoff.video.batch import clip_sources, measure_videos
 
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
@@ -72,6 +73,7 @@ def test_results(done):
     assert names == {
         *("clips", "collisions.parquet", "contact_sheet.png", "events.parquet", "index.html"),
         "tracks.parquet",
+        *(["explore.html"] if is_built() else []),
     }
     assert {path.name for path in folder.iterdir()} >= {
         *("clip.json", "collisions.parquet", "obstacles.toml", "outlines.gsd", "overlay.mp4"),

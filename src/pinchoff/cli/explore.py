@@ -6,13 +6,19 @@ import sys
 import tempfile
 import webbrowser
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from pinchoff.cli.options import OUTPUT
-from pinchoff.cli.output import printed_warnings
-from pinchoff.cli.table_options import ColumnMap, Constants, Units, table_pairs
+from pinchoff.cli.options import OUTPUT, AsJson, option, switch
+from pinchoff.cli.output import announce
+from pinchoff.cli.table_options import (
+    ColumnMap,
+    Constants,
+    Units,
+    named_as_table_options,
+    table_pairs,
+)
 from pinchoff.support.errors import InputError
 
 
@@ -29,18 +35,12 @@ def explore(
     constants: Constants = None,
     out: Annotated[
         str | None,
-        typer.Option(
-            metavar="PAGE.html",
-            help="The page; without it, it is opened in the browser.",
-            rich_help_panel=OUTPUT,
-        ),
+        option("FILE", "The page", default="a temporary file, opened in a browser", panel=OUTPUT),
     ] = None,
-    overwrite: Annotated[
-        bool,
-        typer.Option("--overwrite", metavar="", help="Replace PAGE.", rich_help_panel=OUTPUT),
-    ] = False,
+    as_json: AsJson = False,
+    overwrite: Annotated[bool, switch("--overwrite", "Replace FILE", panel=OUTPUT)] = False,
 ) -> None:
-    """Move a droplet, see it break, map the diagram: the model in one web page.
+    r"""Move a droplet, see it break, map the diagram: the model in one web page.
 
     The page works from a file, offline, in any browser of today. With
     DIR_OR_TABLE it shows your own collisions in the same diagram, with
@@ -58,19 +58,29 @@ def explore(
     from pinchoff.explorer.page import write_explorer
 
     target = _target(out, overwrite)
-    options = table_pairs(columns, units, constants)
-    if source is None and any(options.values()):
+    how = table_pairs(columns, units, constants)
+    if source is None and any(how.values()):
         raise InputError.of("DIR_OR_TABLE", "given beside options about it", "nothing", "name it")
-    with printed_warnings():
-        own = None if source is None else own_data(source, **options)
+    with named_as_table_options(how):
+        own = None if source is None else own_data(source, **how)
     if own is not None and not any(own["values"].values()):
         raise InputError.of("DIR_OR_TABLE", "a table with rows", "none", "check its name")
     for word in own["words"] if own else ():
         print(f"warning: {word}", file=sys.stderr)
     write_explorer(target, own)
-    print(f"wrote {target}")
+    report = {
+        "collisions": len(next(iter(own["values"].values()))) if own else 0,
+        "films": len(own["films"]) if own else 0,
+        "words": own["words"] if own else [],
+    }
+    announce(report, lambda: _print(report), [target], as_json=as_json)
     if out is None and not webbrowser.open(target.resolve().as_uri()):
         print("open it in a browser: none could be started here", file=sys.stderr)
+
+
+def _print(report: dict[str, Any]) -> None:
+    if report["collisions"]:
+        print(f"{report['collisions']} collisions, {report['films']} with their outlines")
 
 
 def _target(out: str | None, overwrite: bool) -> Path:

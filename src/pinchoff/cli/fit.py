@@ -17,7 +17,17 @@ from pinchoff.cli.options import (
     option,
 )
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
-from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.cli.table_options import (
+    BrokeIs,
+    ColumnMap,
+    Constants,
+    Encoding,
+    HeaderRow,
+    Sheet,
+    Units,
+    imported,
+)
+from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
@@ -29,6 +39,7 @@ if TYPE_CHECKING:
 LAW = "law.json"
 LAWS = "laws.csv"
 SET_ASIDE = "set_aside.csv"
+COLLISIONS = "collisions.parquet"
 PAGE = "report.html"
 _FIGURES = (
     "separated_outcomes.png",
@@ -37,7 +48,7 @@ _FIGURES = (
     "neck_histograms.png",
     "constant_height.png",
 )
-_FILES = (LAW, LAWS, SET_ASIDE, PAGE, *_FIGURES)
+_FILES = (LAW, LAWS, SET_ASIDE, COLLISIONS, PAGE, FOLDER_PAGE, *_FIGURES)
 
 _FIT = "Fit"
 
@@ -57,6 +68,10 @@ def fit(
     columns: ColumnMap = None,
     units: Units = None,
     constants: Constants = None,
+    broke_is: BrokeIs = None,
+    sheet: Sheet = None,
+    header_row: HeaderRow = None,
+    encoding: Encoding = None,
     free: Annotated[
         list[str] | None,
         option(
@@ -87,7 +102,9 @@ def fit(
     - law.json: α, β, w and free exponents with intervals
     - laws.csv: which quantities the data need
     - set_aside.csv: rows that were not used, and why
+    - collisions.parquet: those that were, in the package's columns
     - report.html: all of it and the figures on one page
+    - explore.html: the collisions to play with, beside the live model
     - the figures as PNG
 
     [bold]Examples[/bold]
@@ -98,7 +115,18 @@ def fit(
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
-    collisions = imported(table, columns, units, constants)
+    collisions = imported(
+        table,
+        columns,
+        units,
+        constants,
+        broke_is=broke_is or (),
+        sheet=sheet,
+        header_row=header_row,
+        encoding=encoding,
+    )
+    for message in collisions.messages():
+        print(f"warning: {message}", file=sys.stderr)
     prepare_folder(folder, _FILES, overwrite=overwrite)
     study = _studied(
         collisions,
@@ -109,8 +137,6 @@ def fit(
         fraction=fraction,
         seed=seed,
     )
-    for message in collisions.messages():
-        print(f"warning: {message}", file=sys.stderr)
     remove_results(folder, _FILES)
     _write(study, table.name, folder)
     files = (folder / name for name in _FILES)
@@ -136,6 +162,8 @@ def _report(study: LawStudy) -> dict[str, Any]:
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
+    from pinchoff.collisions.parquet import write_collisions
+    from pinchoff.explorer.page import write_folder_page
     from pinchoff.figures import style
     from pinchoff.figures.pages.law_page import law_figures, law_page
 
@@ -144,11 +172,13 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
         if frame is not None and len(frame):
             with written_aside(folder / name) as unfinished:
                 frame.to_csv(unfinished, index=False)
+    write_collisions(study.collisions.table, folder / COLLISIONS)
     pictures: list[tuple[Picture, str]] = []
     for name, (axes, caption) in law_figures(study).items():
         style.save(folder / f"{name}.png", axes)
         pictures.append((folder / f"{name}.png", caption))
-    law_page(study, source, pictures).write(folder / PAGE)
+    explorer = FOLDER_PAGE if write_folder_page(folder) else ""
+    law_page(study, source, pictures, explorer).write(folder / PAGE)
 
 
 def _print(study: LawStudy) -> None:

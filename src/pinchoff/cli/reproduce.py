@@ -18,7 +18,16 @@ from pinchoff.cli.options import (
     switch,
 )
 from pinchoff.cli.output import announce
-from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.cli.table_options import (
+    BrokeIs,
+    ColumnMap,
+    Constants,
+    Encoding,
+    HeaderRow,
+    Sheet,
+    Units,
+    imported,
+)
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -48,6 +57,10 @@ def reproduce(
     columns: ColumnMap = None,
     units: Units = None,
     constants: Constants = None,
+    broke_is: BrokeIs = None,
+    sheet: Sheet = None,
+    header_row: HeaderRow = None,
+    encoding: Encoding = None,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
@@ -73,7 +86,18 @@ def reproduce(
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
-    table = None if experiment is None else imported(experiment, columns, units, constants)
+    table = None
+    if experiment is not None:
+        table = imported(
+            experiment,
+            columns,
+            units,
+            constants,
+            broke_is=broke_is or (),
+            sheet=sheet,
+            header_row=header_row,
+            encoding=encoding,
+        )
     prepare_folder(folder)
     if overwrite:
         remove_reproduction(folder)

@@ -8,7 +8,6 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pinchoff.explorer.facts import facts
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 
@@ -17,6 +16,20 @@ if TYPE_CHECKING:
 
 BUILT = "page.html"
 """The page without facts and data: made by `make explorer`, part of every release."""
+
+
+FOLDER_PAGE = "explore.html"
+"""The page beside the results of a command."""
+
+LINK = "Explore these collisions: filter, see them move, simulate each beside its film"
+"""What leads from other pages to it."""
+
+
+NO_PAGE = (
+    "The page to explore these collisions is left out: this installation came without it. "
+    "`make explorer` in a clone builds it, and every release has it."
+)
+"""What stands in the place of the link where there is no page."""
 
 
 def is_built() -> bool:
@@ -47,6 +60,8 @@ def explorer_page(own: Mapping[str, Any] | None = None) -> str:
     html = resources.files(__package__).joinpath(BUILT).read_text(encoding="utf-8")
     before, facts_mark, rest = html.partition("{{facts}}")
     middle, own_mark, after = rest.partition("{{own}}")
+    from pinchoff.explorer.facts import facts
+
     assert facts_mark
     assert own_mark
     return "".join((before, _embedded(facts()), middle, _embedded(own), after))
@@ -57,6 +72,26 @@ def write_explorer(path: str | os.PathLike[str], own: Mapping[str, Any] | None =
     text = explorer_page(own)
     with written_aside(Path(path)) as unfinished:
         unfinished.write_text(text, encoding="utf-8")
+
+
+def write_folder_page(folder: Path) -> bool:
+    """Write the page of a folder of results beside them.
+
+    Returns
+    -------
+    bool
+        Whether the package came with the page; without, nothing is written.
+
+    Raises
+    ------
+    InputError
+        As `pinchoff.explorer.own_data.own_data`.
+    """
+    from pinchoff.explorer.own_data import own_data
+
+    if is_built():
+        write_explorer(folder / FOLDER_PAGE, own_data(folder))
+    return is_built()
 
 
 def _embedded(value: object) -> str:

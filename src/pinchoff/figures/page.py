@@ -11,6 +11,7 @@ from html import escape
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
@@ -54,6 +55,17 @@ class Page:
     def paragraph(self, text: str) -> None:
         """Add a paragraph of plain text."""
         self._body.append(f"<p>{escape(text)}</p>")
+
+    def link(self, text: str, target: str) -> None:
+        """Add a link to a file in the folder of the page.
+
+        Parameters
+        ----------
+        text : str
+        target : str
+            Name of the file.
+        """
+        self._body.append(f'<p><a href="{escape(quote(target))}">{escape(text)}</a></p>')
 
     def table(
         self, columns: Sequence[str], rows: Iterable[Sequence[object]], caption: str = ""

@@ -372,7 +372,7 @@ class Emulsion:
             self._piece.events.append(events)
             self._piece.sizes.append(sizes)
             if self._folder.keeps_outlines:
-                self._folder.append_frame(run.time, droplets_of(run.frame()))
+                self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if on_frame is not None:
             on_frame(run.time, droplets_of(run.frame()))
 
@@ -418,14 +418,21 @@ def _size_table(run: _core.Emulsion) -> pd.DataFrame:
     return table
 
 
+def flat_frame(frame: tuple[Any, Any, Any, Any]) -> tuple[NDArray[Any], ...]:
+    """Return ids, generations, numbers of vertices (n,), vertices and velocities (V, 2)."""
+    numbers, offsets, vertices, velocities = (np.asarray(part) for part in frame)
+    whole = numbers.astype(np.int64)
+    sizes = np.diff(offsets.astype(np.int64))
+    return whole[:, 0], whole[:, 1], sizes, vertices, velocities
+
+
 def droplets_of(frame: tuple[Any, Any, Any, Any]) -> Frame:
     """Return the droplets of a frame of flat arrays."""
-    numbers, offsets, vertices, velocities = (np.asarray(part) for part in frame)
-    ends = offsets.astype(int)
-    return [
-        (int(droplet), int(generation), vertices[first:last], velocities[first:last])
-        for (droplet, generation), first, last in zip(numbers, ends[:-1], ends[1:], strict=True)
-    ]
+    ids, generations, sizes, vertices, velocities = flat_frame(frame)
+    ends = np.cumsum(sizes)
+    starts = (ends - sizes).tolist()
+    spans = zip(ids.tolist(), generations.tolist(), starts, ends.tolist(), strict=True)
+    return [(droplet, born, vertices[a:b], velocities[a:b]) for droplet, born, a, b in spans]
 
 
 # ---------------------------------------------------------------- the scene, checked

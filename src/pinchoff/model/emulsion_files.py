@@ -116,13 +116,13 @@ class EmulsionFolder:
             raise InputError.of("resume", "of a run with the same settings", got, advice)
         return state
 
-    def append_frame(self, time: float, droplets: Sequence[Any]) -> None:
-        """Add one frame to the outlines of this piece."""
+    def append_frame(self, time: float, *flat: NDArray[Any]) -> None:
+        """Add one frame to the outlines of this piece; see `OutlineWriter.append_flat`."""
         if self._writer is None:
             self._writer = OutlineWriter(
                 self._unfinished(), self._circles, self._record["parameters"], flush=False
             )
-        self._writer.append(time, droplets)
+        self._writer.append_flat(time, *flat)
 
     def write_piece(
         self, piece: Piece, tables: Mapping[str, Sequence[Column]], state: Floats

@@ -106,30 +106,55 @@ class OutlineWriter:
             Its droplets: (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2)
             [D0/t0]).
         """
-        import gsd.hoomd
-
         droplets = [Outline(*droplet) for droplet in outlines]
-        sizes = np.array(
-            [len(np.asarray(outline.vertices)) for outline in droplets], dtype=np.int64
+        self.append_flat(
+            time,
+            np.array([outline.droplet_id for outline in droplets], dtype=np.int64),
+            np.array([outline.generation for outline in droplets], dtype=np.int64),
+            np.array([len(np.asarray(outline.vertices)) for outline in droplets], dtype=np.int64),
+            stacked([outline.vertices for outline in droplets]),
+            stacked([outline.velocities for outline in droplets]),
         )
-        vertices = stacked([outline.vertices for outline in droplets])
-        bodies = np.repeat([outline.droplet_id for outline in droplets], sizes)
-        generations = np.repeat([outline.generation for outline in droplets], sizes)
+
+    def append_flat(
+        self,
+        time: float,
+        droplet_ids: Integers,
+        generations: Integers,
+        sizes: Integers,
+        vertices: Floats,
+        velocities: Floats,
+    ) -> None:
+        """Add one frame whose outlines stand one after the other.
+
+        Parameters
+        ----------
+        time : float
+            Time of the frame [t0].
+        droplet_ids, generations, sizes : (n,) int arrays
+            Of each droplet; its number of vertices.
+        vertices, velocities : (V, 2) float arrays
+            [D0], [D0/t0].
+        """
+        import gsd.hoomd
 
         frame = gsd.hoomd.Frame()
         frame.configuration.step = len(self._file)
         frame.configuration.box = [*[self._grown_box(vertices)] * 2, 0, 0, 0, 0]
-        self._add_particles(frame, vertices, stacked([outline.velocities for outline in droplets]))
+        self._add_particles(frame, vertices, velocities)
+        bodies = np.repeat(droplet_ids, sizes)
         frame.particles.body = self._with_obstacles(bodies).astype(np.int32)
         frame.particles.diameter = np.concatenate(
-            (2.0 * self._obstacles[:, 2], _edge_lengths(droplets))
+            (2.0 * self._obstacles[:, 2], _edge_lengths(vertices, sizes))
         )
         frame.bonds.types = ["edge"]
         frame.bonds.N = len(vertices)
         frame.bonds.group = len(self._obstacles) + _ring_bonds(sizes)
         frame.log = {
             "time": np.array([time], dtype=np.float64),
-            "particles/generation": self._with_obstacles(generations).astype(np.int32),
+            "particles/generation": self._with_obstacles(np.repeat(generations, sizes)).astype(
+                np.int32
+            ),
             **(self._constant if len(self._file) == 0 else {}),
         }
         self._file.append(frame)
@@ -173,13 +198,17 @@ def _ring_bonds(sizes: Integers) -> Integers:
     return pairs
 
 
-def _edge_lengths(droplets: Sequence[Outline]) -> Floats:
+def _edge_lengths(vertices: Floats, sizes: Integers) -> Floats:
     """Return for each vertex its outline's mean edge length, the vertex's diameter [paper, 3.1]."""
-    means = []
-    for droplet in droplets:
-        edges = np.roll(droplet.vertices, -1, axis=0) - droplet.vertices
-        means.append(np.full(len(edges), np.hypot(edges[:, 0], edges[:, 1]).mean()))
-    return np.concatenate([np.empty(0), *means])
+    if not len(vertices):
+        return np.empty(0)
+    starts = np.cumsum(sizes) - sizes
+    last = starts + sizes - 1  # it joins the first
+    edges = np.diff(vertices, axis=0, append=vertices[:1])
+    edges[last] = vertices[starts] - vertices[last]
+    means = np.add.reduceat(np.sqrt(edges[:, 0] ** 2 + edges[:, 1] ** 2), starts) / sizes
+    lengths: Floats = np.repeat(means, sizes)
+    return lengths
 
 
 def _as_bytes(text: str) -> npt.NDArray[np.uint8]:

@@ -6,6 +6,7 @@ there again a moment later. That is asked of all methods alike, so that they can
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -47,7 +48,7 @@ class Quality(NamedTuple):
     score: float
     closed: float
     droplets: float
-    persistent: float = float("nan")
+    persistent: float = math.nan
 
 
 def quality(images: Sequence[Image], found: Sequence[Sequence[Droplet]], noise: float) -> Quality:
@@ -147,7 +148,7 @@ def _smoothness(outline: Floats) -> float:
 def persistence(
     pairs: Sequence[tuple[Sequence[Droplet], Sequence[Droplet]]], size: tuple[int, int]
 ) -> float:
-    """Return the share of whole droplets, by the root of their areas, seen again a frame later.
+    """Return the share of whole droplets, by their radii, that are not lost a frame later.
 
     Parameters
     ----------
@@ -156,24 +157,28 @@ def persistence(
     size : (int, int)
         Width and height of the frame, pixels. What is about to leave does not count.
     """
-    seen, again = 0.0, 0.0
+    total, lost = 0.0, 0.0
     for before, after in pairs:
         whole = [each for each in before if not each.cut]
         if not whole:
             continue
         old = np.array([[each.x, each.y, each.area] for each in whole])
         radius = np.sqrt(old[:, 2] / np.pi)
-        away = np.minimum(old[:, :2], np.array(size) - old[:, :2]).min(axis=1)
-        counts = np.where(away > 3.0 * radius, 1.0, 0.0) * radius
-        seen += float(counts.sum())
-        if not after:
-            continue
-        new = np.array([[each.x, each.y, each.area] for each in after])
+        total += float(radius.sum())
+        new = np.array([[each.x, each.y, each.area] for each in after]).reshape(-1, 3)
         distance = np.hypot(*(old[:, None, :2] - new[None, :, :2]).transpose(2, 0, 1))
-        change = np.abs(old[:, None, 2] - new[None, :, 2]) / np.maximum(
-            old[:, None, 2], new[None, :, 2]
-        )
+        largest = np.maximum(old[:, None, 2], new[None, :, 2])
+        change = np.abs(old[:, None, 2] - new[None, :, 2]) / largest
         allowed = (distance <= 2.0 * radius[:, None]) & (change <= _AREA_CHANGE)
         rows, columns = linear_sum_assignment(np.where(allowed, distance, 1e9))
-        again += float(counts[rows[allowed[rows, columns]]].sum())
-    return again / seen if seen > 0.0 else float("nan")
+        gone = np.array([not _leaves(each, size) for each in whole])
+        gone[rows[allowed[rows, columns]]] = False
+        lost += float(radius[gone].sum())
+    return 1.0 - lost / total if total > 0.0 else math.nan
+
+
+def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:
+    """Return whether a droplet is so near to the frame's edge that it may be gone next."""
+    margin = 0.5 * math.sqrt(droplet.area / math.pi)
+    low, high = droplet.outline.min(axis=0), droplet.outline.max(axis=0)
+    return bool(np.any(low < margin) or np.any(high > np.array(size) - 1.0 - margin))

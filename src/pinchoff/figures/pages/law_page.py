@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from pinchoff.collisions.law import transition_factor
+from pinchoff.explorer.page import LINK, NO_PAGE
 from pinchoff.figures.breakup_probability import breakup_probability
 from pinchoff.figures.constant_height import constant_height
 from pinchoff.figures.daughters import daughter_areas
@@ -126,7 +127,9 @@ def law_figures(study: LawStudy) -> dict[str, tuple[Axes, str]]:
     return drawn
 
 
-def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -> Page:
+def law_page(
+    study: LawStudy, source: str, figures: list[tuple[Picture, str]], explorer: str = ""
+) -> Page:
     """Return the page.
 
     Parameters
@@ -135,6 +138,8 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
     source : str
         What the table is called.
     figures : list of (picture, caption)
+    explorer : str, optional
+        Name of the page beside it in which the collisions can be explored; empty: there is none.
     """
     fit = study.fit
     notice = (
@@ -146,6 +151,10 @@ def law_page(study: LawStudy, source: str, figures: list[tuple[Picture, str]]) -
         "line S = α (Ca Ã z̃)^β."
     )
     page = Page("The break-up law", summary, notice)
+    if explorer:
+        page.link(LINK, explorer)
+    else:
+        page.paragraph(NO_PAGE)
     page.section("Numbers")
     page.table(law_columns(study), law_rows(study))
     for text in _remarks(study):

@@ -11,6 +11,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.page import Page
 from pinchoff.figures.video_histograms import histograms, timeline
@@ -33,7 +34,7 @@ MOST_SHOWN = 300
 
 
 def write_report(result: VideoResult) -> list[Path]:
-    """Write the contact sheet and the page about a batch into its folder.
+    """Write the contact sheet, the page about a batch and that to explore it into its folder.
 
     Returns
     -------
@@ -52,6 +53,11 @@ def write_report(result: VideoResult) -> list[Path]:
         f"of which {int((accepted & broke).sum())} broke.",
         _notice(result.clips),
     )
+    explored = len(table) > 0 and write_folder_page(result.path)
+    if explored:
+        page.link(LINK, FOLDER_PAGE)
+    elif len(table):
+        page.paragraph(NO_PAGE)
     _gallery(page, pictures, len(table), shown)
     if len(table):
         page.section("What was measured")
@@ -62,7 +68,8 @@ def write_report(result: VideoResult) -> list[Path]:
     _rejected(page, table)
     _ranges(page, table[accepted])
     page.write(result.path / PAGE)
-    return [sheet, result.path / PAGE]
+    more = [result.path / FOLDER_PAGE] if explored else []
+    return [sheet, result.path / PAGE, *more]
 
 
 def _notice(clips: Sequence[ClipOutcome]) -> str:
