@@ -116,7 +116,7 @@ def test_no_files_import_each_other_in_a_circle():
     [
         ("from pinchoff.cli import main", "pinchoff.model.flow", True),
         ("from pinchoff.figures import style", "pinchoff.video.overlay", True),
-        ("def f():\n    import pinchoff.paper.make", "pinchoff.figures.page", True),
+        ("def f():\n    import pinchoff.paper.make", "pinchoff.figures.html_page", True),
         ("from ..figures.style import save", "pinchoff.video.overlay", True),
         ("from pinchoff import simulate", "pinchoff.video.overlay", True),
         ("from pinchoff import _core", "pinchoff.video.overlay", False),
