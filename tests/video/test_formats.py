@@ -556,4 +556,4 @@ def test_scale_that_nobody_says(tmp_path, refused):
     refused("pixel_size", scaled, clip_of(tmp_path / "a.tif", silent), silent)
     given = VideoSettings(pixel_size_um=2.5)
     _, notes = scaled(clip_of(tmp_path / "a.tif", given), given)
-    assert notes == ["the file says no frame rate: 60/s is assumed; give --fps"]
+    assert notes == ["the file says no frame rate: 60/s is assumed; give fps"]
