@@ -302,6 +302,7 @@ def test_physical_quantities_give_pythons_groups(opened: Open) -> None:
     field = page.page.locator("#physical input").nth(4)  # viscosity
     field.fill("96")
     field.press("Tab")
+    page.settled()
     quantities = page.value("explorer.state.quantities")
     units = page.value(
         "({diameter: 'um', obstacle_radius: 'um', thickness: 'um', speed: 'mm/s', "
