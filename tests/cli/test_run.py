@@ -425,7 +425,7 @@ def test_what_nobody_foresaw_ends_in_one_line(monkeypatch, tmp_path, capsys):
     assert said.count("\n") == 1
     assert "--debug" in said
     with pytest.raises(ZeroDivisionError):
-        main(["--debug", *arguments])
+        main(["--debug", "run", "--out", str(tmp_path / "again")])
 
 
 @pytest.mark.parametrize(
