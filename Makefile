@@ -39,12 +39,14 @@ test-slow: $(VENV)/test.stamp
 
 bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/emulsion.py
 	$(BIN)/python benchmarks/law.py
 	$(BIN)/python benchmarks/chamber.py
 	$(BIN)/python benchmarks/video.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
+	$(BIN)/python benchmarks/emulsion.py --quick
 	$(BIN)/python benchmarks/law.py --quick
 	$(BIN)/python benchmarks/chamber.py --quick
 	$(BIN)/python benchmarks/video.py --quick
