@@ -10,9 +10,9 @@ import pytest
 import pinchoff as po
 from pinchoff.video.clips import measure_clip
 from pinchoff.video.collisions import CollisionFinder, contact_velocity
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Laboratory, encounter_table, gap_to_circle
 from pinchoff.video.microscope import Scene, film, lane_scene, passage_of
-from pinchoff.video.segmentation import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Event
 

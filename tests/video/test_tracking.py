@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from pinchoff.video.segmentation import Droplet
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.tracking import Tracker
 
