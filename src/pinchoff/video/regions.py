@@ -105,7 +105,7 @@ def is_compact(walk: Walk) -> bool:
         return False
     _, sides, _ = cv2.minAreaRect(walk)
     short, long = min(sides), max(sides)
-    return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long
+    return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
 
 def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
