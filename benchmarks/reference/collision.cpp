@@ -4,6 +4,10 @@
 //
 //   g++ -O2 -o collision collision.cpp
 //   ./collision [vertices] [steps] [simulation capillary number] [offset] [size ratio] [time step]
+//               [line tension] [edge stiffness] [evenly]
+//
+// With `evenly` 1 the vertices are put back to even places along the outline after every step: what
+// the edge springs are for, without them.
 //
 // Repeats the collision until at least `steps` steps have been taken (once at the least) and
 // prints one JSON object. Units: D0 = v = M = 1; the obstacle's centre is the origin.
@@ -35,6 +39,7 @@ struct Model {
     double neck_thickness = 0.167;
     double neck_separation = 0.28;
     long check_every = 100;
+    bool evenly = false;
 };
 
 struct Result {
@@ -175,6 +180,31 @@ double symmetry(const Droplet& d, double vx, double vy) {
     return 1 - std::fabs(2 * left - area) / area;
 }
 
+// Vertices to even places along the outline, on the parabola through each and its neighbours, with
+// the velocity that the outline has there.
+void space_evenly(Droplet& d) {
+    const int n = d.size();
+    std::vector<double> arc(n + 1, 0.0);
+    for (int i = 0; i < n; i++)
+        arc[i + 1] = arc[i] + std::hypot(d[(i + 1) % n].x - d[i].x, d[(i + 1) % n].y - d[i].y);
+    double mean = 0;
+    for (int i = 0; i < n; i++) mean += (arc[n] * i / n - arc[i]) / n;
+    const Droplet old = d;
+    for (int i = 0; i < n; i++) {
+        const double s = arc[n] * i / n - arc[i] - mean;
+        const Vertex &p = old[(i + n - 1) % n], &q = old[i], &r = old[(i + 1) % n];
+        const double a = std::hypot(q.x - p.x, q.y - p.y), b = std::hypot(r.x - q.x, r.y - q.y);
+        const auto moved = [&](double before, double here, double after) {
+            const double in = (here - before) / a, out = (after - here) / b;
+            return here + s * (b * in + a * out) / (a + b) + s * s * (out - in) / (a + b);
+        };
+        d[i].x = moved(p.x, q.x, r.x);
+        d[i].y = moved(p.y, q.y, r.y);
+        d[i].vx = moved(p.vx, q.vx, r.vx);
+        d[i].vy = moved(p.vy, q.vy, r.vy);
+    }
+}
+
 Result collide(const Model& m) {
     const double pi = std::acos(-1.0), radius = 1 / m.size_ratio, dt = m.time_step;
     const double drag = m.capillary * m.line_tension, area = pi / 4;
@@ -199,6 +229,7 @@ Result collide(const Model& m) {
             p.x += dt * p.vx;
             p.y += dt * p.vy;
         }
+        if (m.evenly) space_evenly(d);
         const bool touches = compute_forces(d, m, area, edge);
         for (Vertex& p : d) {
             p.vx = (p.vx + dt / 2 * n * p.fx) / (1 + dt / 2 * drag);
@@ -247,6 +278,11 @@ int main(int count, char** argument) {
     if (count > 4) m.offset = std::atof(argument[4]);
     if (count > 5) m.size_ratio = std::atof(argument[5]);
     if (count > 6) m.time_step = std::atof(argument[6]);
+    if (count > 7) m.line_tension = std::atof(argument[7]);
+    m.edge_stiffness = (count > 8 ? std::atof(argument[8]) : 3.0) * m.line_tension;
+    m.area_stiffness = 5e3 * m.line_tension;
+    m.wall_stiffness = 1.25 * m.line_tension;
+    if (count > 9) m.evenly = std::atoi(argument[9]) != 0;
     Result result;
     const auto start = std::chrono::steady_clock::now();
     do {

@@ -27,6 +27,9 @@ namespace pinchoff::inline PINCHOFF_ARCH {
 /// Whether a ring follows this model.
 inline bool tracks_front(const Ring& ring) { return ring.constants.front_tracking != 0.0; }
 
+/// Whether a ring has walls near.
+inline bool meets_walls(const Ring& ring) { return ring.first_wall < ring.last_wall; }
+
 /// Half of the difference between the neighbours, turned outwards: the gradient of the area.
 PINCHOFF_HD inline Vec2 area_gradient(Vec2 before, Vec2 after) {
     return {0.5 * (after.y - before.y), 0.5 * (before.x - after.x)};
@@ -103,70 +106,99 @@ AreaSums carry_and_tighten(const Ring& ring, const FlowAt& flow, const double* x
     return sums;
 }
 
-/// How a vertex stands to a wall it may meet in this step.
+/// How the vertices of a ring stand to the walls that they may meet in this step; for each vertex
+/// the wall that it is to reach first. In arrays that are free at this point of a step.
 struct Approach {
-    Vec2 normal;    // of the wall, towards the fluid
-    Vec2 gradient;  // of the area
-    double excess;  // normal velocity less that at which it would just reach the wall; below zero
-                    // without a reaction it would be inside at the end of the step
+    double *normal_x, *normal_y;  // of the wall, towards the fluid; zero where there is none
+    double* along;                // of the area's gradient along that normal
+    double* excess;               // normal velocity, without the multiplier, less that at which the
+                                  // vertex would just reach the wall by the end of the step
 };
 
-inline Approach approach(const Ring& ring, const double* x, const double* y, int i, Obstacle o,
-                         double q, double time_step) {
-    const Vec2 from{x[i] - o.x, y[i] - o.y}, start{ring.x[i] - o.x, ring.y[i] - o.y};
-    const Vec2 normal = (1.0 / std::sqrt(dot(from, from))) * from;
-    const Vec2 gradient = area_gradient({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]});
-    const double gap = std::sqrt(dot(start, start)) - o.radius;
-    const Vec2 w = Vec2{ring.push_x[i], ring.push_y[i]} + q * gradient;
-    return {normal, gradient, dot(w, normal) + gap / time_step};
+inline Approach approach_of(const Ring& ring) {
+    return {ring.vx, ring.vy, ring.fluid_x, ring.slide};
+}
+
+/// Measures that; returns whether there are walls to meet.
+inline bool approach_walls(const Ring& ring, const Scene& scene, const double* x, const double* y,
+                           double time_step) {
+    const Approach a = approach_of(ring);
+    const double* wx = ring.push_x;
+    const double* wy = ring.push_y;
+    bool any = false;
+    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
+        const WallContact& contact = scene.walls[c];
+        if (!any) {
+            for (double* values : {a.normal_x, a.normal_y, a.along})
+                std::fill_n(values, ring.padded, 0.0);
+            std::fill_n(a.excess, ring.padded, 1e300);
+        }
+        any = true;
+        const Obstacle o = contact.obstacle;
+        const double inverse_step = 1.0 / time_step;
+        const int last = std::min(contact.last, ring.count);
+        PINCHOFF_INDEPENDENT
+        for (int i = contact.first; i < last; ++i) {
+            const Vec2 from{x[i] - o.x, y[i] - o.y}, start{ring.x[i] - o.x, ring.y[i] - o.y};
+            const Vec2 normal = (1.0 / std::sqrt(dot(from, from))) * from;
+            const Vec2 gradient = area_gradient({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]});
+            const double gap = std::sqrt(dot(start, start)) - o.radius;
+            const double excess = dot(Vec2{wx[i], wy[i]}, normal) + gap * inverse_step;
+            const bool first = excess < a.excess[i];
+            a.excess[i] = first ? excess : a.excess[i];
+            a.along[i] = first ? dot(gradient, normal) : a.along[i];
+            a.normal_x[i] = first ? normal.x : a.normal_x[i];
+            a.normal_y[i] = first ? normal.y : a.normal_y[i];
+        }
+    }
+    return any;
 }
 
 /// The multiplier q = p N_v/(μ D0) at which the area does not change, given that no vertex moves
 /// into a wall: a vertex that would is held by a reaction along the wall's normal. The rate is a
 /// rising, concave, piecewise linear function of q, so Newton's iteration ends with the exact set
 /// of held vertices.
-inline double area_multiplier(const Ring& ring, const Scene& scene, const double* x,
-                              const double* y, AreaSums all, double time_step) {
-    double q = -all.rate / all.slope;
+inline double held_multiplier(const Ring& ring, AreaSums all) {
+    const Approach a = approach_of(ring);
+    double q = -all.rate / all.slope, held_before = 0;
     constexpr int kMostSets = 20;
-    int held_before = 0;
     for (int set = 0; set < kMostSets; ++set) {
-        double rate = all.rate + q * all.slope, slope = all.slope;
-        int held = 0;
-        for (int c = ring.first_wall; c < ring.last_wall; ++c) {
-            const WallContact& contact = scene.walls[c];
-            const int last = std::min(contact.last, ring.count);
-            for (int i = contact.first; i < last; ++i) {
-                const Approach a = approach(ring, x, y, i, contact.obstacle, q, time_step);
-                if (a.excess >= 0.0) continue;
-                const double along = dot(a.gradient, a.normal);
-                rate -= a.excess * along;
-                slope -= along * along;
-                held += i + 1;
-            }
+        Lanes rate{}, slope{}, held{};
+        for (int i = 0; i < ring.padded; i += kWidth) {
+            const Lanes along = load(a.along + i), excess = load(a.excess + i) + q * along;
+            const Lanes one = excess < 0.0 ? Lanes{} + 1.0 : Lanes{};
+            const Lanes taken = one * along;
+            rate += taken * (excess < 0.0 ? excess : Lanes{});
+            slope += taken * along;
+            held += one;
         }
-        if (held == held_before) break;  // the same vertices: the last q solved for them exactly
-        held_before = held;
-        q -= rate / std::max(slope, 1e-3 * all.slope);
+        const double count = sum(held);
+        if (count == held_before) break;  // the same vertices: the last q solved for them exactly
+        held_before = count;
+        q -= (all.rate + q * all.slope - sum(rate)) /
+             larger(all.slope - sum(slope), 1e-3 * all.slope);
     }
     return q;
 }
 
-/// Add the area's multiplier and the walls' reactions to push_x, push_y, with ghosts.
-inline void hold_area_and_walls(const Ring& ring, const Scene& scene, const double* x,
-                                const double* y, double q, double time_step) {
+/// Add the walls' reactions to push_x, push_y.
+inline void hold_at_walls(const Ring& ring, double q) {
+    const Approach a = approach_of(ring);
     double* wx = ring.push_x;
     double* wy = ring.push_y;
-    for (int c = ring.first_wall; c < ring.last_wall; ++c) {
-        const WallContact& contact = scene.walls[c];
-        const int last = std::min(contact.last, ring.count);
-        for (int i = contact.first; i < last; ++i) {
-            const Approach a = approach(ring, x, y, i, contact.obstacle, q, time_step);
-            if (a.excess >= 0.0) continue;
-            wx[i] -= a.excess * a.normal.x;
-            wy[i] -= a.excess * a.normal.y;
-        }
+    PINCHOFF_INDEPENDENT
+    for (int i = 0; i < ring.padded; ++i) {
+        const double excess = a.excess[i] + q * a.along[i];
+        const double reaction = excess < 0.0 ? excess : 0.0;
+        wx[i] -= reaction * a.normal_x[i];
+        wy[i] -= reaction * a.normal_y[i];
     }
+}
+
+/// Add the area's multiplier to push_x, push_y, with ghosts.
+inline void hold_area(const Ring& ring, const double* x, const double* y, double q) {
+    double* wx = ring.push_x;
+    double* wy = ring.push_y;
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
         wx[i] += 0.5 * q * (y[i + 1] - y[i - 1]);
@@ -176,42 +208,47 @@ inline void hold_area_and_walls(const Ring& ring, const Scene& scene, const doub
     wrap(wy, ring.count, ring.padded);
 }
 
+/// A line over the vertex numbers, to be taken off the sums in `slide`.
+struct Slope {
+    double start, rise;
+};
+
 /// The slide of every vertex along the outline, times the cosine of half the angle between its
-/// edges, into `slide`: with it all edges lengthen at one common rate, but for a slow return to
-/// equal lengths. Its mean is zero, so that a droplet carried without deformation does not turn
-/// its vertices round.
-inline void even_out(const Ring& ring, double perimeter) {
+/// edges: with it all edges lengthen at one common rate, but for a slow return to equal lengths. It
+/// is the sum of what the edges before it lack of lengthening; into `slide` without the share of
+/// all edges alike, which is returned. Its mean is zero, so that a droplet carried without
+/// deformation does not turn its vertices round.
+inline Slope even_out(const Ring& ring, double perimeter) {
     const double* tx = ring.pull_x;
     const double* ty = ring.pull_y;
     const double* wx = ring.push_x;
     const double* wy = ring.push_y;
     const double* length = ring.length;
     double* slide = ring.slide;
-    const int count = ring.count, padded = ring.padded;
+    const int count = ring.count;
     const double evening = ring.constants.evening_rate, mean_length = perimeter / count;
-    // What each edge lacks of lengthening; the mean of it is taken off below.
-    PINCHOFF_INDEPENDENT
-    for (int i = 0; i < padded; ++i)
-        slide[i] = evening * (mean_length - length[i]) - tx[i] * (wx[i + 1] - wx[i]) -
-                   ty[i] * (wy[i + 1] - wy[i]);
-    double total = 0;
-    for (int i = 0; i < count; ++i) total += slide[i];
-    const double mean_lack = total / count;
-    double reached = 0, sum_of_slides = 0;
-    for (int i = 0; i < count; ++i) {
-        const double next = reached + (slide[i] - mean_lack);
-        slide[i] = reached;
-        sum_of_slides += reached;
-        reached = next;
+    Lanes reached{};
+    slide[0] = 0.0;
+    for (int i = 0; i < ring.padded; i += kWidth) {
+        const Lanes stretch = load(tx + i) * (load(wx + i + 1) - load(wx + i)) +
+                              load(ty + i) * (load(wy + i + 1) - load(wy + i));
+        const Lanes lack = evening * (mean_length - load(length + i)) - stretch;
+        const Lanes sums = reached + running_sum(lack);
+        store(slide + i + 1, sums);
+        reached = Lanes{} + sums[kWidth - 1];
     }
-    const double mean_slide = sum_of_slides / count;
-    for (int i = 0; i < count; ++i) slide[i] -= mean_slide;
-    for (int i = count; i < padded; ++i) slide[i] = slide[i - count];
+    const double rise = slide[count] / count;
+    const int whole = count / kWidth * kWidth;
+    Lanes total{};
+    for (int i = 0; i < whole; i += kWidth) total += load(slide + i);
+    double mean_slide = sum(total);
+    for (int i = whole; i < count; ++i) mean_slide += slide[i];
+    return {mean_slide / count - 0.5 * rise * (count - 1), rise};
 }
 
 /// Velocity of all vertices with their slide into vx, vy. Track: add to the path of each vertex.
 template <bool Track>
-void finish_velocity(const Ring& ring) {
+void finish_velocity(const Ring& ring, Slope line) {
     const double* tx = ring.pull_x;
     const double* ty = ring.pull_y;
     const double* wx = ring.push_x;
@@ -224,7 +261,7 @@ void finish_velocity(const Ring& ring) {
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
         const double turn = 1.0 + tx[i] * tx[i - 1] + ty[i] * ty[i - 1];
-        const double along = slide[i] / larger(turn, 0.1);
+        const double along = (slide[i] - (line.start + line.rise * i)) / larger(turn, 0.1);
         const Vec2 v{wx[i] + along * (tx[i] + tx[i - 1]), wy[i] + along * (ty[i] + ty[i - 1])};
         vx[i] = v.x;
         vy[i] = v.y;
@@ -232,6 +269,10 @@ void finish_velocity(const Ring& ring) {
             const Vec2 relative = v - Vec2{drift_x, drift_y};
             path[i] += dot(relative, relative);
         }
+    }
+    for (int i = ring.count; i < ring.padded; ++i) {
+        vx[i] = vx[i - ring.count];
+        vy[i] = vy[i - ring.count];
     }
 }
 
@@ -241,10 +282,13 @@ void front_velocity(const Ring& ring, const Scene& scene, const FlowAt& flow, co
                     const double* y, double time_step) {
     const double perimeter = measure_edges(ring, x, y);
     const AreaSums sums = carry_and_tighten(ring, flow, x, y);
-    const double q = area_multiplier(ring, scene, x, y, sums, time_step);
-    hold_area_and_walls(ring, scene, x, y, q, time_step);
-    even_out(ring, perimeter);
-    finish_velocity<Track>(ring);
+    double q = -sums.rate / sums.slope;
+    if (approach_walls(ring, scene, x, y, time_step)) {
+        q = held_multiplier(ring, sums);
+        hold_at_walls(ring, q);
+    }
+    hold_area(ring, x, y, q);
+    finish_velocity<Track>(ring, even_out(ring, perimeter));
 }
 
 /// Vertices at most this much nearer to a wall than allowed count as outside; they are put so far
@@ -314,11 +358,15 @@ inline void keep_edges_out(const Ring& ring, const Scene& scene) {
 /// the vertices that are clear of walls. Returns the relative error that it found; what is left is
 /// of the order of the square of that.
 inline double shift_to_area(const Ring& ring, const Scene& scene) {
+    constexpr double kRoundOff = 1e-12;
     double* x = ring.x;
     double* y = ring.y;
-    double* free = ring.slide;  // 1 for a vertex that takes part
-    std::fill_n(free, ring.count, 1.0);
-    std::fill_n(free + ring.count, ring.padded - ring.count, 0.0);
+    const double lack = ring.rest_area - signed_area(ring),
+                 error = std::fabs(lack) / ring.rest_area;
+    if (error < kRoundOff) return error;
+    double* share = ring.slide;  // 1 for a vertex that takes part
+    std::fill_n(share, ring.count, 1.0);
+    std::fill_n(share + ring.count, ring.padded - ring.count, 0.0);
     const double clear = 0.02 * ring.rest_length;  // far more than a shift
     for (int c = ring.first_wall; c < ring.last_wall; ++c) {
         const WallContact& contact = scene.walls[c];
@@ -326,52 +374,41 @@ inline double shift_to_area(const Ring& ring, const Scene& scene) {
         const double clear2 = (o.radius + clear) * (o.radius + clear);
         for (int i = contact.first; i < contact.last; ++i) {
             const Vec2 from{x[i] - o.x, y[i] - o.y};
-            if (dot(from, from) < clear2) free[i] = 0.0;
+            share[i] = dot(from, from) < clear2 ? 0.0 : share[i];
         }
     }
-    const double x0 = x[0], y0 = y[0];
-    Lanes area{}, slope{};
-    for (int i = 0; i < ring.padded; i += kWidth) {
-        const Lanes gx = 0.5 * (load(y + i + 1) - load(y + i - 1));
-        const Lanes gy = 0.5 * (load(x + i - 1) - load(x + i + 1));
-        slope += load(free + i) * (gx * gx + gy * gy);
-    }
-    const int whole = ring.count / kWidth * kWidth;
-    for (int i = 0; i < whole; i += kWidth)
-        area += (load(x + i) - x0) * (load(y + i + 1) - y0) -
-                (load(x + i + 1) - x0) * (load(y + i) - y0);
-    double twice = sum(area);
-    for (int i = whole; i < ring.count; ++i)
-        twice += (x[i] - x0) * (y[i + 1] - y0) - (x[i + 1] - x0) * (y[i] - y0);
-    const double lack = ring.rest_area - 0.5 * twice;
-    const double shift = lack / sum(slope);
     // Into the edges' arrays first: a vertex's gradient needs its neighbours where they were.
     double* dx = ring.pull_x;
     double* dy = ring.pull_y;
-    PINCHOFF_INDEPENDENT
-    for (int i = 0; i < ring.padded; ++i) {
-        dx[i] = 0.5 * shift * free[i] * (y[i + 1] - y[i - 1]);
-        dy[i] = 0.5 * shift * free[i] * (x[i - 1] - x[i + 1]);
+    Lanes slope{};
+    for (int i = 0; i < ring.padded; i += kWidth) {
+        const Lanes gx = 0.5 * load(share + i) * (load(y + i + 1) - load(y + i - 1));
+        const Lanes gy = 0.5 * load(share + i) * (load(x + i - 1) - load(x + i + 1));
+        slope += gx * gx + gy * gy;
+        store(dx + i, gx);
+        store(dy + i, gy);
     }
+    const double shift = lack / sum(slope);
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
-        x[i] += dx[i];
-        y[i] += dy[i];
+        x[i] += shift * dx[i];
+        y[i] += shift * dy[i];
     }
     wrap(x, ring.count, ring.padded);
     wrap(y, ring.count, ring.padded);
-    return std::fabs(lack) / ring.rest_area;
+    return error;
 }
 
 /// Put a ring out of its walls and give it its area.
 inline void restore(const Ring& ring, const Scene& scene) {
     constexpr int kMostRounds = 6;
     constexpr double kNoNeedOfAnother = 1e-7;  // its square is round-off
-    keep_edges_out(ring, scene);
+    const bool walled = meets_walls(ring);
+    if (walled) keep_edges_out(ring, scene);
     keep_out(ring, scene, ring.x, ring.y);
     for (int round = 0; round < kMostRounds; ++round)
         if (shift_to_area(ring, scene) < kNoNeedOfAnother) break;
-    keep_out(ring, scene, ring.x, ring.y);
+    if (walled) keep_out(ring, scene, ring.x, ring.y);
 }
 
 /// One step of one ring among walls.

@@ -26,6 +26,8 @@ namespace pinchoff {
 ///
 /// The velocity is that of the centre of mass of the model, whose mass sits on the vertices: the
 /// mean of theirs. The centroid of the area moves a little differently while the front edge stops.
+/// With front tracking, whose vertices are even marks without mass, it is that of the outline's own
+/// centre, which does not depend on how they slide.
 struct ContactEvent {
     double time;
     int droplet, obstacle;

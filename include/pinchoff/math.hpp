@@ -67,6 +67,7 @@ inline Lanes load(const double* from) {
     std::memcpy(&lanes, from, sizeof lanes);
     return lanes;
 }
+inline void store(double* to, Lanes lanes) { std::memcpy(to, &lanes, sizeof lanes); }
 inline Lanes smaller(Lanes a, Lanes b) { return a < b ? a : b; }
 inline Lanes larger(Lanes a, Lanes b) { return a > b ? a : b; }
 inline double smaller(double a, double b) { return a < b ? a : b; }
@@ -86,6 +87,22 @@ inline double most(Lanes a) {
     double out = a[0];
     for (int l = 1; l < kWidth; ++l) out = larger(out, a[l]);
     return out;
+}
+
+/// In each lane the sum of the lanes up to it.
+inline Lanes running_sum(Lanes a) {
+    const Lanes none{};
+#if defined(__AVX512F__)
+    a += __builtin_shufflevector(none, a, 7, 8, 9, 10, 11, 12, 13, 14);
+    a += __builtin_shufflevector(none, a, 6, 7, 8, 9, 10, 11, 12, 13);
+    a += __builtin_shufflevector(none, a, 4, 5, 6, 7, 8, 9, 10, 11);
+#elif defined(__AVX__)
+    a += __builtin_shufflevector(none, a, 3, 4, 5, 6);
+    a += __builtin_shufflevector(none, a, 2, 3, 4, 5);
+#else
+    a += __builtin_shufflevector(none, a, 1, 2);
+#endif
+    return a;
 }
 
 /// Natural logarithm of a positive, finite, normal number, to about 1 ulp; no branch, no table.

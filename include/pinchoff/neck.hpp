@@ -76,19 +76,32 @@ inline NeckScan scan_neck(const double* x, const double* y, int count, Separatio
     double *xx = work, *yy = xx + stride, *arc = yy + stride, *mx = arc + stride, *my = mx + stride;
     const double perimeter = repeat_outline(x, y, count, xx, yy, arc, stride);
     const double longest = repeat_tangents(xx, yy, count, mx, my, stride);
+    double longest_edge = 0;
+    for (int i = 0; i < count; ++i) longest_edge = larger(arc[i + 1] - arc[i], longest_edge);
+    longest_edge *= 1.0 + 1e-12;  // rounding of the sums
 
     const double least_arc = separation.fraction * perimeter + separation.length;
     const double cap = 3.0 * threshold, cap2 = cap * cap, threshold2 = threshold * threshold;
     const double slope = 0.5 / (cap + threshold), f = separation.fraction;
     const double turn = -1.0 / (3.0 * (longest + cap));
-    Lanes thinnest2 = Lanes{} + kNone, nearest2 = thinnest2,
-          budget = Lanes{} + 0.5 * (cap - threshold);
+    double thinnest2 = kNone, nearest2 = kNone, budget = 0.5 * (cap - threshold);
     for (int k = 1; k <= count / 2; ++k) {
+        Lanes shortest2 = Lanes{} + kNone;
+        for (int i = 0; i < count; i += kWidth) {  // past the last vertex it repeats
+            const Lanes dx = load(xx + i + k) - load(xx + i), dy = load(yy + i + k) - load(yy + i);
+            shortest2 = smaller(dx * dx + dy * dy, shortest2);
+        }
+        const double row2 = least(shortest2);
+        if (k >= kApart) nearest2 = smaller(row2, nearest2);
         const double inverse_forward = 0.5 / (k * (1.0 - f) + (count - k) * f);
         const double inverse_backward = 0.5 / ((count - k) * (1.0 - f) + k * f);
-        Lanes shortest2 = Lanes{} + kNone;
-        for (int i = 0; i < count;
-             i += kWidth) {  // the last lanes may pass the last vertex: it repeats
+        // What no pair of this row can be below decides whether its pairs are looked at.
+        const double row_lack = least_arc - k * longest_edge;
+        const double row_budget =
+            larger(slope * (smaller(row2, cap2) - threshold2), row_lack * inverse_forward);
+        if (row_budget >= budget && (row_lack >= 0.0 || row2 >= thinnest2)) continue;
+        Lanes row_thinnest2 = Lanes{} + thinnest2, least_budget = Lanes{} + budget;
+        for (int i = 0; i < count; i += kWidth) {
             const Lanes dx = load(xx + i + k) - load(xx + i), dy = load(yy + i + k) - load(yy + i);
             const Lanes r2 = dx * dx + dy * dy;
             const Lanes forward = load(arc + i + k) - load(arc + i);
@@ -98,16 +111,16 @@ inline NeckScan scan_neck(const double* x, const double* y, int count, Separatio
             const Lanes inwards = smaller(load(mx + i) * dy - load(my + i) * dx,
                                           load(my + i + k) * dx - load(mx + i + k) * dy);
             const Lanes chord2 = lack < 0.0 ? r2 : Lanes{} + kNone;
-            thinnest2 = smaller(inwards > 0.0 ? chord2 : Lanes{} + kNone, thinnest2);
-            shortest2 = smaller(r2, shortest2);
+            row_thinnest2 = smaller(inwards > 0.0 ? chord2 : Lanes{} + kNone, row_thinnest2);
             const Lanes chord = slope * (smaller(r2, Lanes{} + cap2) - threshold2);
             const Lanes arcs =
                 larger(lack_forward * inverse_forward, lack_backward * inverse_backward);
-            budget = smaller(larger(larger(chord, arcs), turn * inwards), budget);
+            least_budget = smaller(larger(larger(chord, arcs), turn * inwards), least_budget);
         }
-        if (k >= kApart) nearest2 = smaller(shortest2, nearest2);
+        thinnest2 = least(row_thinnest2);
+        budget = least(least_budget);
     }
-    return {least(thinnest2), least(budget), least(nearest2)};
+    return {thinnest2, budget, nearest2};
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

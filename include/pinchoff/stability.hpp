@@ -41,7 +41,7 @@ inline Stiffness stiffness(const Ring& ring, double perimeter) {
 /// Front tracking: part of the stable step that a step takes.
 inline constexpr double kFrontStepSafety = 0.8;
 /// Front tracking: largest step, t0.
-inline constexpr double kLongestFrontStep = 1e-3;
+inline constexpr double kLongestFrontStep = 2e-3;
 
 /// Front tracking: the largest stable step. Line tension pulls neighbouring vertices back against
 /// each other at the rate 4 N_v γ/(μ D0 l), and the scheme is stable up to a product of one (that

@@ -204,6 +204,30 @@ static Matrix acceleration(Row row, const FlowObject& flow, Points positions, Po
     return array_of(a);
 }
 
+/// Front tracking of one outline of any shape, its own area kept.
+static nb::tuple advance_outline(Row row, const FlowObject& flow, Points positions,
+                                 Triples obstacles, double time_step, int steps) {
+    const Model model = checked_model(row);
+    if (!(model.front_tracking != 0.0))
+        throw nb::value_error("model must be front-tracking; got another; set model in Parameters");
+    const std::vector<Vec2> r = points_of(positions), rest(r.size(), Vec2{0, 0});
+    if (r.size() < static_cast<std::size_t>(kLeastVertices))
+        throw nb::value_error("positions must have at least 16 rows; got fewer; add vertices");
+    std::vector<Droplet> one;
+    one.emplace_back(model, signed_area(r), r, rest);
+    Ring& ring = one[0].ring;
+    std::vector<WallContact> walls;
+    for (const Obstacle& o : obstacles_of(obstacles)) walls.push_back({0, 0, ring.padded, o});
+    ring.last_wall = static_cast<int>(walls.size());
+    const Scene scene{&ring,   1, flow.flow, walls.data(), static_cast<int>(walls.size()),
+                      nullptr, 0};
+    best_kernels().front_velocities(scene, time_step);
+    best_kernels().advance_fronts(scene, time_step, steps);
+    const std::vector<Vec2> advanced = one[0].positions();
+    best_kernels().front_velocities(scene, time_step);
+    return nb::make_tuple(array_of(advanced), array_of(one[0].velocities()));
+}
+
 /// For tests: the list of contacts of one droplet's vertices with another droplet's edges.
 static nb::tuple touches_of(Row row, Points one, Points other, double diameter_one,
                             double diameter_other) {
@@ -401,6 +425,13 @@ void bind_collision(nb::module_& m) {
           "Vertices of a droplet (n, 2) that the engine lists as near an obstacle: (displacement "
           "below which the list\n"
           "stays complete, list of (first, last + 1)). For tests.");
+
+    m.def(
+        "advance_front", &advance_outline, "model"_a, "flow"_a, "positions"_a, "obstacles"_a,
+        "time_step"_a, "steps"_a,
+        "Front tracking: positions and velocities (n, 2) of one outline (n, 2) of any shape after "
+        "`steps` steps among obstacles,\n"
+        "its area kept.");
 
     m.def("run_many", &run_many, "models"_a, "flow"_a.none(), "threads"_a, "progress"_a.none(),
           "Run (n, len(MODEL_FIELDS)) collisions of one droplet with one obstacle; returns (n, "

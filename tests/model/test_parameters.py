@@ -492,7 +492,7 @@ def test_unreadable_file_is_refused(refused, tmp_path):
 
 def test_every_parameter_is_an_entry_with_a_place_in_the_core_s_row():
     assert {*PARAMETERS, "scale"} == {*po.Parameters.model_fields}
-    assert {entry.place for entry in PARAMETERS.values()} | {"sample_interval"} == {
+    assert {entry.place for entry in PARAMETERS.values()} | {"sample_interval", "evening_rate"} == {
         *_core.MODEL_FIELDS
     }
     for name, entry in PARAMETERS.items():
@@ -559,7 +559,8 @@ SCHEMA = po.Parameters.model_json_schema()["properties"]
 
 def number_of(name):
     """Numbers within the limits of a parameter, at them, and one beyond."""
-    low, high = SCHEMA[name]["minimum"], SCHEMA[name]["maximum"]
+    kinds = SCHEMA[name].get("anyOf", [SCHEMA[name]])  # a number, or null in the other model
+    low, high = kinds[0]["minimum"], kinds[0]["maximum"]
     inside = st.floats(low, high) if PARAMETERS[name].kind == "float" else st.integers(low, high)
     return st.one_of(inside, inside, inside, st.just(low), st.just(high), st.just(2 * high + 1))
 
@@ -569,6 +570,7 @@ VALUES = st.fixed_dictionaries(
     {},
     optional={
         **{name: number_of(name) for name in LIMITED},
+        "model": st.sampled_from(["deformable-particle", "front-tracking", "fluid"]),
         "neck_separation_unit": st.sampled_from(["perimeter", "diameter", "metre"]),
         "follow_daughters": st.booleans(),
     },

@@ -33,7 +33,7 @@ from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
-    from pinchoff.figures.page import Picture
+    from pinchoff.figures.html_page import Picture
     from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"

@@ -231,12 +231,13 @@ def _is_remark(line: str) -> bool:
 
 def _separated(lines: Sequence[str], header: int | None) -> tuple[str, list[list[str]], int]:
     """Return the separator that gives the header the most names, the rows, and which it is."""
-    best: tuple[int, str, list[list[str]], int] = (-1, ",", [], 0)
+    best: tuple[float, str, list[list[str]], int] = (-1, ",", [], 0)
     for separator in ",;\t":
         rows = [next(csv.reader([line], delimiter=separator), []) for line in lines]
         start = find_header(rows) if header is None else header
         names = rows[start] if rows else []
-        score = 0 if any(map(is_number, names)) else len(names)
+        # Names come before numbers: there a comma may stand for the decimals.
+        score = (len(names) - 1) * (0.001 if any(map(is_number, names)) else 1.0)
         best = max(best, (score, separator, rows, start), key=lambda each: each[0])
     return best[1:]
 

@@ -45,6 +45,8 @@ class Entry(Explanation):
         Whether the default follows from other parameters.
     model : str
         The model outside of which it has no meaning and is None; empty: it always has one.
+    low, high : float or None
+        The smallest and the largest number that is allowed.
     note : str
         What else the documentation says.
     column : str
@@ -63,6 +65,8 @@ class Entry(Explanation):
     default: str
     follows: bool
     model: str
+    low: float | None
+    high: float | None
     note: str
     column: str
     core_name: str
@@ -92,8 +96,11 @@ class Entry(Explanation):
         return f"give {self.phrase}, or leave it out for {self.default}"
 
     def __call__(self, schema: dict[str, Any]) -> None:
-        """Add symbol and unit to the JSON schema."""
+        """Add symbol and unit to the JSON schema, and the limits of a number that may be None."""
         schema.update(symbol=self.symbol, unit=self.unit)
+        for kind in schema.get("anyOf", ()) if self.model else ():
+            if kind.get("type") == "number":
+                kind.update(minimum=self.low, maximum=self.high)
 
     def as_column(self) -> Column:
         """Return the column of a table in which the parameter varies."""
@@ -150,6 +157,8 @@ def parameter(
         default=follows or shown,
         follows=bool(follows),
         model=model,
+        low=low,
+        high=high,
         note=note,
         column=column,
         core_name=core_name,

@@ -517,7 +517,7 @@ class Parameters(Checked):
         elif self.time_step > (limit := _core.stable_time_step(row)):
             raise InputError.of(
                 "time_step",
-                f"at most {limit:.3g}, the largest stable step of these stiffnesses",
+                f"at most {limit:.3g}, the largest stable step of this model",
                 self.time_step,
                 "lower it, or use 'auto'",
             )

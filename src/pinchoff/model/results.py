@@ -26,11 +26,12 @@ _FAILED = OUTCOMES.index("failed")
 
 
 class _Guard(NamedTuple):
-    """Message of a guard; `rule` formats its limit, `got` the measured value."""
+    """Message of a guard; `got` formats the measured value."""
 
     rule: str
     got: str
     advice: str
+    without_springs: str = ""  # the advice with front tracking, where it is another
 
 
 _GUARDS = {
@@ -38,21 +39,25 @@ _GUARDS = {
         "the obstacle's depth in the droplet must be at most {:g} of its radius",
         "{:.3g} radii",
         "raise edge_stiffness or vertex_count: the obstacle passes between two vertices",
+        "raise vertex_count: the obstacle passes between two vertices",
     ),
     "overlap": _Guard(
         "one droplet's depth in another must be at most {:g} vertex spacing",
         "{:.3g} D0",
         "raise line_tension or vertex_count: droplets are pressed through each other",
+        "raise vertex_count: droplets are pressed through each other",
     ),
     "self_intersection": _Guard(
         "the outline must be free of crossings",
         "crossing edges in droplet {:.0f}",
         "raise vertex_count or edge_stiffness",
+        "raise vertex_count: a part of the droplet is thinner than the vertices resolve",
     ),
     "area": _Guard(
         "the droplet's area must be within {percent:g} % of its equilibrium",
         "{:+.2%}",
         "raise area_stiffness, or lower time_step",
+        "raise vertex_count, or lower time_step",
     ),
     "blow_up": _Guard(
         "every coordinate must be finite and within {:g} D0",
@@ -78,16 +83,23 @@ _GUARDS = {
         "small daughters must divide the time step into at most {:.0f} parts",
         "{:.0f}",
         "lower area_stiffness or edge_stiffness, or set follow_daughters=False",
+        "lower vertex_count, or set follow_daughters=False",
     ),
 }
 
 
-def guard_message(guard: str, value: float, time: float) -> str:
+def guard_message(guard: str, value: float, time: float, *, springs: bool = True) -> str:
     """Say which guard stopped a run, what it measured and when, and what to do."""
-    rule, got, advice = _GUARDS[guard]
+    rule, got, with_springs, without = _GUARDS[guard]
+    advice = with_springs if springs else without or with_springs
     limit = _core.GUARD_LIMITS[guard]
     rule = rule.format(limit, percent=100 * limit)
     return f"{rule}; got {got.format(value)} at t = {time:.4g} t0; {advice}"
+
+
+def _has_springs(parameters: Parameters) -> bool:
+    """Tell the paper's model from its limit without springs."""
+    return parameters.line_tension is not None
 
 
 def warn_of_failures(failed: int, total: int, stacklevel: int = 3) -> None:
@@ -129,7 +141,7 @@ def run_columns(
         "source": np.full(len(parameters), "simulation", dtype=object),
         "collision_id": np.array(ids, dtype=np.int64),
         **_parameter_columns(parameters),
-        **_event_columns(result),
+        **_event_columns(parameters, result),
     }
     columns |= _physical_columns(parameters, columns)
     columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
@@ -188,7 +200,9 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
     return {name: np.array([getattr(p, name) for p in parameters], float) for name in names}
 
 
-def _event_columns(result: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[Any]]:
+def _event_columns(
+    parameters: Sequence[Parameters], result: dict[str, NDArray[np.float64]]
+) -> dict[str, NDArray[Any]]:
     code = result["outcome"].astype(np.int64)
     failed, broke = code == _FAILED, result["breakup_count"] > 0
     # A neck is infinite while the outline has no two sides far enough apart: nothing measured.
@@ -212,7 +226,7 @@ def _event_columns(result: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[
         "outcome": np.array(OUTCOMES, dtype=object)[code],
         "broke": np.where(failed & ~broke, math.nan, broke),
         "accepted": ~failed & np.isfinite(result["contact_time"]),
-        "reject_reason": _reject_reasons(result),
+        "reject_reason": _reject_reasons(parameters, result),
         "speed": result["contact_speed"],
         "neck_thickness": neck,
         "minimum_neck": neck,
@@ -222,12 +236,15 @@ def _event_columns(result: dict[str, NDArray[np.float64]]) -> dict[str, NDArray[
     }
 
 
-def _reject_reasons(result: dict[str, NDArray[np.float64]]) -> NDArray[Any]:
+def _reject_reasons(
+    parameters: Sequence[Parameters], result: dict[str, NDArray[np.float64]]
+) -> NDArray[Any]:
     reasons = np.full(result["guard"].size, "", dtype=object)
     reasons[np.isnan(result["contact_time"])] = NO_CONTACT
-    for i in np.flatnonzero(result["outcome"] == _FAILED):
+    for i in np.flatnonzero(result["outcome"] == _FAILED).tolist():
         guard = _core.GUARDS[int(result["guard"][i])]
-        reasons[i] = guard_message(guard, result["guard_value"][i], result["guard_time"][i])
+        value, time = result["guard_value"][i], result["guard_time"][i]
+        reasons[i] = guard_message(guard, value, time, springs=_has_springs(parameters[i]))
     return reasons
 
 
@@ -356,7 +373,10 @@ def collision_of(
         guard = _core.GUARDS[int(result["guard"])]
         value, time = result["guard_value"], result["guard_time"]
         raise SimulationError(
-            guard_message(guard, value, time), guard=guard, value=value, time=time
+            guard_message(guard, value, time, springs=_has_springs(parameters)),
+            guard=guard,
+            value=value,
+            time=time,
         )
     columns = run_columns([parameters], results, met=met)
     row = {name: _plain_scalar(values[0]) for name, values in columns.items()}
