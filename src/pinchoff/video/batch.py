@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import zlib
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from contextlib import suppress
@@ -25,6 +26,8 @@ from pinchoff.video.writing import require_video_extra
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from pinchoff.video.methods.function import SegmentFunction
 
 CLIPS = "clips"
 """Name of the folder that holds a folder for every clip."""
@@ -79,6 +82,7 @@ def measure_videos(
     overlay: bool = True,
     processes: int | None = None,
     progress: bool = False,
+    segment: SegmentFunction | None = None,
 ) -> VideoResult:
     """Measure the collisions in clips.
 
@@ -97,6 +101,10 @@ def measure_videos(
         How many clips are measured at the same time; by default one for each core.
     progress : bool, optional
         Whether to show a bar on stderr.
+    segment : callable, optional
+        A segmentation of your own: from the brightness of a frame, (height, width) of uint8, to
+        closed outlines, each (n, 2) of x and y in pixels. With several processes it has to be a
+        function at the top level of a module.
 
     Returns
     -------
@@ -112,7 +120,8 @@ def measure_videos(
     sources = clip_sources(clips)
     folder = Path(out)
     jobs = [
-        (source, folder / CLIPS / name, name, settings, overlay) for name, source in sources.items()
+        (source, folder / CLIPS / name, name, settings, overlay, segment)
+        for name, source in sources.items()
     ]
     workers = min(thread_count(processes), len(jobs))
     outcomes: dict[str, ClipOutcome] = {}
@@ -151,7 +160,7 @@ def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
     return found
 
 
-_Job = tuple[Path, Path, str, VideoSettings, bool]
+_Job = tuple[Path, Path, str, VideoSettings, bool, "SegmentFunction | None"]
 
 
 def _measured(jobs: Sequence[_Job], workers: int) -> Iterable[ClipOutcome]:
@@ -171,7 +180,12 @@ def _measured(jobs: Sequence[_Job], workers: int) -> Iterable[ClipOutcome]:
 
 
 def measure_to_folder(
-    source: Path, folder: Path, name: str, settings: VideoSettings, overlay: bool
+    source: Path,
+    folder: Path,
+    name: str,
+    settings: VideoSettings,
+    overlay: bool,
+    segment: SegmentFunction | None = None,
 ) -> ClipOutcome:
     """Measure one clip into its folder, unless it is there already.
 
@@ -181,16 +195,25 @@ def measure_to_folder(
     try:
         chosen, corrected = _with_obstacles(folder, settings)
         mark = clip_folder.fingerprint(source, chosen) + ("" if overlay else " plain")
+        mark += "" if segment is None else f" {_function_mark(segment)}"
         before = clip_folder.finished_result(folder, mark)
         if before is not None:
             return ClipOutcome(name, folder, before, reused=True)
         return ClipOutcome(
-            name, folder, _fresh(source, folder, name, chosen, mark, overlay, corrected)
+            name, folder, _fresh(source, folder, name, chosen, mark, overlay, corrected, segment)
         )
     except (InputError, OSError) as error:
         with suppress(OSError):
             folder.rmdir()  # if nothing was written to it
         return ClipOutcome(name, folder, {}, error=str(error))
+
+
+def _function_mark(segment: SegmentFunction) -> str:
+    """Return what changes when a user's own segmentation is changed."""
+    from pinchoff.video.methods.function import function_name
+
+    code = getattr(segment, "__code__", None)
+    return function_name(segment) + ("" if code is None else f" {zlib.crc32(code.co_code):08x}")
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
@@ -213,6 +236,7 @@ def _fresh(
     mark: str,
     overlay: bool,
     corrected: bool,
+    segment: SegmentFunction | None,
 ) -> dict[str, Any]:
     import cv2
 
@@ -230,7 +254,7 @@ def _fresh(
 
     problem: BaseException | None = None
     try:
-        result = measure_clip(source, settings, begin)
+        result = measure_clip(source, settings, begin, segment)
     except BaseException as error:
         problem = error
         raise

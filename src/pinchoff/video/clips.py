@@ -15,6 +15,7 @@ from pinchoff.video.choice import Choice, choose
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
+from pinchoff.video.methods.function import SegmentFunction
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.reading import Clip, Frame
 from pinchoff.video.settings import VideoSettings
@@ -88,6 +89,7 @@ def measure_clip(
     path: Path,
     settings: VideoSettings,
     begin: Callable[[Choice, Floats], Callable[[Measured], object]] | None = None,
+    segment: SegmentFunction | None = None,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -101,6 +103,8 @@ def measure_clip(
     begin : callable, optional
         Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
         what it returns is called with every frame that is measured.
+    segment : callable, optional
+        A user's own segmentation, as in `measure_videos`.
 
     Raises
     ------
@@ -108,7 +112,7 @@ def measure_clip(
         The clip cannot be read.
     """
     clip = Clip(path, settings.fps)
-    choice = choose(sample(clip.frames(sparse=True)), settings)
+    choice = choose(sample(clip.frames(sparse=True)), settings, segment)
     obstacles = obstacles_of(choice.background, settings)
     on_frame = None if begin is None else begin(choice, obstacles)
     segmenter = choice.segmenter
