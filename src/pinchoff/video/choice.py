@@ -218,20 +218,24 @@ def choose(
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
     elif settings.minimum_diameter_um is None:
-        _without_small(chosen)
+        small = chosen
+        chosen = _without_small(small)
+        trials = [chosen if each is small else each for each in trials]
     return Choice(background, chosen, trials, frames)
 
 
-def _without_small(trial: Trial) -> None:
+def _without_small(trial: Trial) -> Trial:
     """Let a method leave out what is much smaller than its droplets usually are."""
     areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
     segmenter = trial.segmenter
-    if len(areas) and isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
-        # Half of what droplets cover is in larger ones.
-        usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
-        least = max(segmenter.minimum_area, _SMALL**2 * usual)
-        segmenter.minimum_area = least
-        trial.variant["minimum_area_px"] = least
+    if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+        return trial
+    # Half of what droplets cover is in larger ones.
+    usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
+    least = max(segmenter.minimum_area, _SMALL**2 * usual)
+    segmenter.minimum_area = least
+    kept = [[each for each in here if each.area >= least] for here in trial.found]
+    return trial._replace(variant={**trial.variant, "minimum_area_px": least}, found=kept)
 
 
 def _tried(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,10 +24,10 @@ from pinchoff.video.tracking import Event, Tracker
 
 Floats = NDArray[np.float64]
 
-_NOTHING_FOUND = (
-    "no droplets were found; look at the smallest diameter and the pixel's size, give edge_level "
-    "or clicks, or try packed where droplets fill the view"
-)
+_FEW_FRAMES = 0.5  # of the clip: with droplets in fewer it is worth a word
+_SHORT_TRACK = 5  # frames: where most tracks are shorter they are fragments
+_LONG_CLIP = 20  # frames from which tracks can be judged
+_PROMISING = 0.3  # of the best score: another method that is worth a try
 
 
 class Measured(NamedTuple):
@@ -112,13 +113,16 @@ def measure_clip(
         The clip cannot be read.
     """
     clip = Clip(path, settings.fps)
+    first = next(clip.frames())
+    settings.require_scale((first.luma.shape[1], first.luma.shape[0]))
     choice = choose(sample(clip.frames(sparse=True)), settings, segment)
     obstacles = obstacles_of(choice.background, settings)
     on_frame = None if begin is None else begin(choice, obstacles)
     segmenter = choice.segmenter
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
-    count, duration = 0, 0.0
+    lengths: Counter[int] = Counter()
+    count, with_droplets, duration = 0, 0, 0.0
     for frame in clip.frames():
         seen = [each for each in segmenter.droplets(frame) if not is_obstacle(each, obstacles)]
         droplets = tracker.resolved(frame.number, seen)
@@ -127,8 +131,45 @@ def measure_clip(
         if on_frame is not None:
             on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
         encounters += over
+        lengths.update(tracks)
+        with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    warning = clip.warning or ("" if tracker.count else _NOTHING_FOUND)
+    seen_of_all = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
+    warning = "; ".join(filter(None, [clip.warning, seen_of_all]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: Choice) -> str:
+    """Return a warning where little was seen, with what helps; empty where nothing is wrong.
+
+    Parameters
+    ----------
+    count, with_droplets : int
+        Frames, and frames with droplets.
+    lengths : list of int
+        Of the tracks, frames, in order.
+    choice : Choice
+    """
+    if not lengths:
+        told = "no droplets were found"
+    else:
+        middle = lengths[len(lengths) // 2]
+        few = with_droplets < _FEW_FRAMES * count
+        fragments = count >= _LONG_CLIP and middle < _SHORT_TRACK
+        if not few and not fragments:
+            return ""
+        told = f"droplets in {with_droplets} of {count} frames, tracks of {middle} frames (median)"
+    scores = choice.scores()
+    others = [name for name in scores if name != choice.method and scores[name] >= _PROMISING]
+    if others:
+        best = max(others, key=scores.__getitem__)
+        return f"{told}; method {best!r} found droplets too (score {scores[best]:.2f}): try it"
+    if len(scores) == 1:
+        return f"{told} by method {choice.method!r}: leave it out, and the clip decides"
+    tried = ", ".join(scores)
+    return (
+        f"{told}; none of the methods {tried} found more: look at a preview, check the smallest "
+        "diameter and the pixel's size, or give a segmentation of your own"
+    )

@@ -17,6 +17,9 @@ SMALLEST_RIM_PX = 8.0
 SMALLEST_DROPLET_PX = 11.0
 """Smallest diameter that is looked for unless one is given, pixels: a rim and an inside show."""
 
+SMALLEST_LENGTH_PX = 2.0
+"""Least radius of a pillar that can be seen, pixels."""
+
 METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
 """Segmentations, by name."""
 
@@ -189,6 +192,40 @@ class VideoSettings(Checked):
             advice = "give one of the two"
             raise InputError.of("lattice", "left out beside obstacles", "both", advice)
         return self
+
+    def require_scale(self, size: tuple[int, int]) -> None:
+        """Refuse a scale at which pillars or droplets could not be seen.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height of the frame, pixels.
+
+        Raises
+        ------
+        InputError
+            A length that is given is less than a few pixels, or does not fit into the frame.
+        """
+        lattice = self.lattice
+        lengths = {
+            "obstacle_radius_um": self.laboratory.obstacle_radius_um,
+            "lattice.radius_um": None if lattice is None else lattice.radius_um,
+            "maximum_diameter_um": self.maximum_diameter_um,
+        }
+        for name, length in lengths.items():
+            if length is not None:
+                self._require_seen(name, length, size)
+        smallest = self.minimum_diameter_um
+        if smallest is not None and smallest / self.pixel_size_um > min(size):
+            self._require_seen("minimum_diameter_um", smallest, size)
+
+    def _require_seen(self, name: str, length: float, size: tuple[int, int]) -> None:
+        pixels = length / self.pixel_size_um
+        if SMALLEST_LENGTH_PX <= pixels <= max(size):
+            return
+        rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
+        got = f"{length:g} µm at {self.pixel_size_um:g} µm a pixel, {pixels:.3g} px"
+        raise InputError.of(name, rule, got, "check both lengths and their units")
 
     @model_validator(mode="before")
     @classmethod
