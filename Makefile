@@ -17,6 +17,8 @@ WHEELS := build/wheel
 
 SOURCES := pyproject.toml CMakeLists.txt README.md LICENSE \
     $(shell find include src -type f -not -path '*/__pycache__/*' -not -name page.html)
+# A worker for each core, a file's tests on one worker: its fixtures are made once.
+PARALLEL := -n auto --maxprocesses 8 --dist loadscope
 CPP := $(shell find include src benchmarks -name '*.[ch]pp')
 # The page of the explorer: part of what is tested, shown and published, not needed to try the package.
 PAGE := src/pinchoff/explorer/page.html
@@ -30,19 +32,21 @@ demo: $(VENV)/package.stamp
 	$(BIN)/pinchoff run --out demo --overwrite
 
 test: $(VENV)/test.stamp
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 test-slow: $(VENV)/test.stamp
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(PARALLEL)
 
 bench: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py
+	$(BIN)/python benchmarks/emulsion.py
 	$(BIN)/python benchmarks/law.py
 	$(BIN)/python benchmarks/chamber.py
 	$(BIN)/python benchmarks/video.py
 
 bench-quick: $(VENV)/bench.stamp
 	$(BIN)/python benchmarks/speed.py --quick
+	$(BIN)/python benchmarks/emulsion.py --quick
 	$(BIN)/python benchmarks/law.py --quick
 	$(BIN)/python benchmarks/chamber.py --quick
 	$(BIN)/python benchmarks/video.py --quick

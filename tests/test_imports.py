@@ -1,5 +1,7 @@
 """The direction of imports: between the rooms strictly downwards, between files no circle.
 
+Besides, no file sees two others of one name, and the library does not speak of the command line.
+
 Every import counts, those for type checkers and those inside functions too: they say which file
 knows of which.
 """
@@ -7,6 +9,7 @@ knows of which.
 from __future__ import annotations
 
 import ast
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -113,7 +116,7 @@ def test_no_files_import_each_other_in_a_circle():
     [
         ("from pinchoff.cli import main", "pinchoff.model.flow", True),
         ("from pinchoff.figures import style", "pinchoff.video.overlay", True),
-        ("def f():\n    import pinchoff.paper.make", "pinchoff.figures.page", True),
+        ("def f():\n    import pinchoff.paper.make", "pinchoff.figures.html_page", True),
         ("from ..figures.style import save", "pinchoff.video.overlay", True),
         ("from pinchoff import simulate", "pinchoff.video.overlay", True),
         ("from pinchoff import _core", "pinchoff.video.overlay", False),
@@ -129,3 +132,23 @@ def test_a_circle_is_seen():
     pairs = [("pinchoff.a", "pinchoff.b", ""), ("pinchoff.b", "pinchoff.a", "")]
     assert circle(pairs)
     assert circle(pairs[:1]) is None
+
+
+def test_no_file_sees_two_of_one_name():
+    seen = {}
+    for module, target, _ in all_imports():
+        if not MODULES.get(target, PACKAGE / "__init__.py").name.startswith("__init__"):
+            seen.setdefault(module, set()).add(target)
+    for module, targets in seen.items():
+        names = [target.rpartition(".")[2] for target in {*targets, module} if "." in target]
+        # A command is called as users call it, whatever the file below it is called.
+        own = module.rpartition(".")[2] if room_of(module) == "cli" else None
+        assert len({*names}) == len(names) - (names.count(own) > 1), (module, sorted(targets))
+
+
+def test_the_library_does_not_speak_of_options():
+    option = re.compile(r"(?<![-\w])--[a-z]{2,}")
+    for module, path in MODULES.items():
+        if room_of(module) not in ("cli", ""):
+            found = option.findall(path.read_text(encoding="utf-8"))
+            assert not found, f"{module} says {found}"

@@ -113,7 +113,8 @@ export class ParameterForm {
   show(values) {
     for (const [name, field] of Object.entries(this.fields)) {
       if (document.activeElement !== field || field instanceof HTMLSelectElement) field.value = values[name] === null ? "" : String(values[name]);
-      field.setAttribute("aria-invalid", String(this.model.refusal(name, values[name]) !== ""));
+      field.setAttribute("aria-invalid", String(this.model.refusal(name, values[name], values) !== ""));
+      field.disabled = !this.model.means(values, name);
     }
   }
 }

@@ -51,10 +51,12 @@ int fault_but_for_step() {
     const double* numbers = reinterpret_cast<const double*>(&row);
     for (int i = 0; i < kModelFields; ++i)
         if (i != k_time_step && !std::isfinite(numbers[i])) return 1 + i;
-    for (const Field field :
-         {k_obstacle_radius, k_drag, k_line_tension, k_edge_stiffness, k_area_stiffness,
-          k_wall_stiffness, k_time_limit, k_neck_separation, k_sample_interval})
+    for (const Field field : {k_obstacle_radius, k_drag, k_line_tension, k_time_limit,
+                              k_neck_separation, k_sample_interval, k_evening_rate})
         if (!(numbers[field] > 0.0)) return refused(field);
+    const bool springs = row.front_tracking == 0.0;  // without, no stiffness means anything
+    for (const Field field : {k_edge_stiffness, k_area_stiffness, k_wall_stiffness})
+        if (springs && !(numbers[field] > 0.0)) return refused(field);
     const double count = row.vertex_count;
     if (count != std::floor(count) || count < kLeastVertices || count > kMostVertices)
         return refused(k_vertex_count);
@@ -70,18 +72,13 @@ int fault_but_for_step() {
     return 0;
 }
 
-Ring undeformed_ring() {
-    const Collision alone(row, flow(), {}, {{-row.start_distance, 0.0, 1.0}}, kernels_generic);
-    return alone.droplets().front().ring;  // of its pointers nothing is asked below
-}
-
 /// The first field that is wrong. A time step that is no number would never reach the end.
 int fault() {
     if (const int field = fault_but_for_step()) return field;
     if (!(row.time_step > 0.0) || row.time_limit / row.time_step > kMostSteps)
         return refused(k_time_step);
     if (row.time_step > row.sample_interval) return refused(k_time_step);
-    if (row.time_step > stable_time_step(undeformed_ring())) return refused(k_time_step);
+    if (row.time_step > stable_time_step(undeformed(row).ring)) return refused(k_time_step);
     return 0;
 }
 
@@ -127,7 +124,7 @@ PINCHOFF_EXPORT(set_automatic_step) int set_automatic_step() {
     if (const int field = fault_but_for_step()) return field;
     const double longest = row.sample_interval;
     row.time_step = longest;
-    row.time_step = longest / std::ceil(longest / auto_time_step(undeformed_ring()));
+    row.time_step = longest / std::ceil(longest / auto_time_step(undeformed(row).ring));
     return fault();
 }
 

@@ -95,7 +95,7 @@ function setQuantities(changes) {
 
 function refusal() {
   for (const { name } of model.parameters) {
-    const text = model.refusal(name, state.values[name]);
+    const text = model.refusal(name, state.values[name], state.values);
     if (text) return text;
   }
   return "";
@@ -145,7 +145,7 @@ function faultText(field, values) {
 /** Bring S to a value by moving the droplet's start. @param {Values} changes @param {number} symmetry */
 function seek(changes, symmetry) {
   const values = { ...state.values, ...changes };
-  if (model.parameters.some(({ name }) => model.refusal(name, values[name]))) return;
+  if (model.parameters.some(({ name }) => model.refusal(name, values[name], values))) return;
   newest.ask({ job: "seek", row: model.row(values), symmetry }, ({ found, newer }) => {
     if (found.fault || newer) return;
     set({ ...changes, offset: rounded(found.offset, 4) });
@@ -258,6 +258,13 @@ function showTakeaway() {
 
 // --- controls
 
+const modelChoices = model.byName.model?.choices ?? [];
+if (modelChoices.length) {
+  byId("model-pick").hidden = false;
+  fill(byId("model"), modelChoices.map((name) => [name, name]));
+  byId("model").onchange = () => set({ model: byId("model").value });
+}
+
 const sliders = new SliderRow(byId("sliders"), model, set, setQuantities);
 const parameterForm = new ParameterForm(byId("parameters"), model, set);
 const quantityForm = new QuantityForm(byId("physical"), setQuantities);
@@ -266,6 +273,7 @@ function showControls() {
   sliders.show(state.values, state.quantities);
   parameterForm.show(state.values);
   quantityForm.show(state.quantities);
+  if (modelChoices.length) byId("model").value = state.values.model;
   const physical = state.quantities !== null;
   byId("units").setAttribute("aria-pressed", String(physical));
   byId("physical-card").hidden = !physical;
@@ -300,13 +308,6 @@ byId("preset").onchange = () => {
   state.values = { ...model.defaults(), size_ratio, simulation_capillary_number, offset, ...preset.constants };
   compute();
 };
-
-const modelChoices = model.byName.model?.choices ?? [];
-if (modelChoices.length) {
-  byId("model-pick").hidden = false;
-  fill(byId("model"), modelChoices.map((name) => [name, name]));
-  byId("model").onchange = () => set({ model: byId("model").value });
-}
 
 /** Show a collision from where something is to be seen. @param {Values} values @param {string} at */
 function present(values, at) {

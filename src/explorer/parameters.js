@@ -2,7 +2,7 @@
 // What decides a collision: parameters with their limits, the engine's row, and the same run elsewhere.
 
 /**
- * @typedef {{name: string, default: number | string | boolean | null, follows: string, low: number | null,
+ * @typedef {{name: string, default: number | string | boolean | null, follows: string, scope: string, low: number | null,
  *   high: number | null, whole: boolean, choices: string[] | null, rule: string, meaning: string,
  *   advice: string, place: string, column: string}} Parameter
  *
@@ -38,13 +38,23 @@ export class Model {
   }
 
   /**
-   * The value of a parameter, also where it follows another one.
+   * Whether a parameter means something in the model that is chosen.
+   * @param {Values} values @param {string} name
+   */
+  means(values, name) {
+    const { scope } = this.byName[name];
+    return !scope || scope === values.model;
+  }
+
+  /**
+   * The value of a parameter, also where it follows another one; null where it has no meaning.
    * @param {Values} values @param {string} name @returns {any}
    */
   value(values, name) {
+    if (!this.means(values, name)) return null;
     if (values[name] !== null) return values[name];
-    const { follows } = this.byName[name];
-    return this.facts.ratios[name] * values[follows];
+    const ratio = this.facts.ratios[name];
+    return ratio ? ratio * this.value(values, this.byName[name].follows) : this.facts.defaults[values.model][name];
   }
 
   /**
@@ -52,27 +62,31 @@ export class Model {
    * @param {Values} values @returns {Float64Array}
    */
   row(values) {
-    const tension = values.line_tension;
+    // Without springs line tension is the only force, and the unit.
+    const tension = this.value(values, "line_tension") ?? 1;
+    const edges = this.value(values, "edge_stiffness") ?? 0;
     /** @type {Record<string, number>} what is not the parameter itself */
     const own = {
       ...this.facts.constants,
       obstacle_radius: 1 / values.size_ratio,
       drag: values.simulation_capillary_number * tension,
-      edge_stiffness: values.edge_stiffness * tension,
+      line_tension: tension,
+      edge_stiffness: edges * tension,
+      front_tracking: Number(values.model === "front-tracking"),
       time_step: values.time_step === "auto" ? NaN : values.time_step,
       neck_separation_in_diameters: Number(values.neck_separation_unit === "diameter"),
       stop_at_breakup: Number(!values.follow_daughters),
     };
-    return Float64Array.from(this.facts.fields, (/** @type {string} */ name) => own[name] ?? Number(this.value(values, name)));
+    return Float64Array.from(this.facts.fields, (/** @type {string} */ name) => own[name] ?? Number(this.value(values, name) ?? 0));
   }
 
   /**
    * Why a value is refused, or nothing.
-   * @param {string} name @param {any} value
+   * @param {string} name @param {any} value @param {Values} [values] the others, which say what means something
    */
-  refusal(name, value) {
+  refusal(name, value, values) {
     const p = this.byName[name];
-    if (value === null && p.follows) return "";
+    if ((value === null && p.follows) || (values && !this.means(values, name))) return "";
     if (p.choices ? p.choices.includes(value) : typeof p.default === "boolean") return "";
     if (value === "auto" && p.default === "auto") return "";
     const good = typeof value === "number" && Number.isFinite(value) && (!p.whole || Number.isInteger(value)) &&
@@ -136,7 +150,7 @@ export class Model {
 
   /** What differs from the defaults. @param {Values} values */
   differing(values) {
-    return this.parameters.filter((p) => values[p.name] !== p.default).map((p) => p.name);
+    return this.parameters.filter((p) => this.means(values, p.name) && values[p.name] !== p.default).map((p) => p.name);
   }
 
   /** The words of the command, an option with its value in one.
@@ -150,7 +164,8 @@ export class Model {
       words.push(`--offset ${values.offset}`);
     }
     for (const name of this.differing(values)) {
-      if (!GROUPS.includes(name)) words.push(`--set ${name}=${values[name]}`);
+      if (name === "model") words.splice(1, 0, `--model ${values.model}`);
+      else if (!GROUPS.includes(name)) words.push(`--set ${name}=${values[name]}`);
     }
     return words;
   }

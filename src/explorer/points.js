@@ -115,6 +115,7 @@ function physical(tried, of) {
 
 /** @param {any} value */
 function cell(value) {
+  if (value === null) return "";
   if (typeof value === "number") return Number.isFinite(value) ? String(value) : "";
   const text = String(value);
   return /[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;

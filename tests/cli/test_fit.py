@@ -60,7 +60,7 @@ def test_numbers_figures_and_page(virtual, tmp_path, capsys):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "synthetic" in page
     assert page.count("data:image/png;base64,") == 3
-    assert not re.search(r'(?:src|href)="(?!data:|#)', page)
+    assert not re.search(r'(?:src|href)="(?!data:|#|explore\.html)', page)
 
 
 def test_a_table_of_ones_own(tmp_path, capsys):

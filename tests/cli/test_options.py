@@ -16,7 +16,9 @@ from pinchoff.model.presets import preset_names
 
 GROUP = typer.main.get_command(app)
 COMMANDS = {name: GROUP.get_command(None, name) for name in GROUP.commands}
-WRITERS = [name for name in COMMANDS if name not in ("film", "compare", "video", "examples")]
+OTHERS = ("film", "compare", "video", "export", "explore", "examples")
+"""Commands whose results are films, copies of other files, or examples."""
+WRITERS = [name for name in COMMANDS if name not in OTHERS]
 
 
 def options_of(command):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import re
@@ -410,3 +411,36 @@ def test_console_without_greek_letters(tmp_path):
     done = run("--out", tmp_path / "out", *COARSE, env=ascii_only)
     assert done.returncode == 0, done.stderr
     assert "v_f?" in done.stdout
+
+
+def test_what_nobody_foresaw_ends_in_one_line(monkeypatch, tmp_path, capsys):
+    def broken(*_, **__):
+        raise ZeroDivisionError("of what?\nsecond line")
+
+    monkeypatch.setattr("pinchoff.model.simulation._core.System", broken)
+    arguments = ["run", "--out", str(tmp_path / "out")]
+    assert main(arguments) == 1
+    said = capsys.readouterr().err
+    assert said.startswith("error: this failed in a way that nobody foresaw (ZeroDivisionError: of")
+    assert said.count("\n") == 1
+    assert "--debug" in said
+    with pytest.raises(ZeroDivisionError):
+        main(["--debug", "run", "--out", str(tmp_path / "again")])
+
+
+@pytest.mark.parametrize(
+    ("error", "said"),
+    [
+        (OSError(errno.ENOSPC, "No space left", "x.gsd"), "x.gsd: No space left; make room"),
+        (OSError(errno.ENAMETOOLONG, "File name too long"), "too long; choose a shorter name"),
+        (RuntimeError("can't start new thread"), "no further thread could be started; allow"),
+        (MemoryError(), "no memory is left"),
+    ],
+)
+def test_what_the_system_refuses_comes_with_advice(monkeypatch, tmp_path, capsys, error, said):
+    def refusing(*_, **__):
+        raise error
+
+    monkeypatch.setattr("pinchoff.model.simulation._core.System", refusing)
+    assert main(["run", "--out", str(tmp_path / "out")]) == 1
+    assert said in capsys.readouterr().err

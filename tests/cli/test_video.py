@@ -47,7 +47,7 @@ def filmed(tmp_path_factory):
 @pytest.fixture(scope="module")
 def done(filmed, tmp_path_factory):
     out = tmp_path_factory.mktemp("video") / "out"
-    assert main(["video", str(filmed), *LABORATORY, "--out", str(out), "--processes", "1"]) == 0
+    assert main(["video", str(filmed), *LABORATORY, "--out", str(out), "--workers", "1"]) == 0
     return out
 
 
@@ -232,7 +232,7 @@ def test_interrupted_run_goes_on(filmed, tmp_path):
         (tmp_path / f"{name}.mp4").write_bytes(filmed.read_bytes())
     out = tmp_path / "out"
     files = [str(tmp_path / f"{name}.mp4") for name in ("one", "two", "three")]
-    command = [*PROGRAM, "video", *files, *LABORATORY, "--out", str(out), "--processes", "1"]
+    command = [*PROGRAM, "video", *files, *LABORATORY, "--out", str(out), "--workers", "1"]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     marker = out / "clips" / "one" / "clip.json"
     deadline = time.monotonic() + 120
@@ -291,7 +291,8 @@ def test_comparison_wants_the_same_clip(filmed, tmp_path, capsys):
     clip = tmp_path / "clip.mp4"
     clip.write_bytes(filmed.read_bytes())
     out = tmp_path / "out"
-    assert main(["video", str(clip), *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
+    told = [*LABORATORY, "--set", "method=rings", "--no-overlay"]
+    assert main(["video", str(clip), *told, "--out", str(out)]) == 0
     compare = ["compare", str(out / "clips" / "clip"), "--collision", "0"]
     assert main([*compare, "--out", str(tmp_path / "one")]) == 0
     assert main([*compare, "--out", str(tmp_path / "one")]) == 2

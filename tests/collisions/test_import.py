@@ -272,7 +272,7 @@ def test_files_of_all_kinds(tmp_path, write):
 def test_text_with_remarks_and_a_byte_order_mark(tmp_path):
     path = tmp_path / "table.csv"
     path.write_text(
-        "﻿# measured in spring\nsymmetry, broke\n0.5, yes\n# bad light\n0.6, no\n", "utf-8"
+        "﻿# measured in spring\n\n# by hand\nsymmetry, broke\n0.5, yes\n0.6, no\n", "utf-8"
     )
     assert read_table(path)["symmetry"].tolist() == [0.5, 0.6]
 

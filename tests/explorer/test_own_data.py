@@ -119,27 +119,65 @@ def test_a_run_brings_its_outlines(tmp_path: Path) -> None:
     np.testing.assert_allclose(shown, outlines[int(first)][0].vertices, atol=film["unit"])
 
 
+DIAMETER_UM, SPEED_MM_S, PLACE_UM, ANGLE = 481.0, 1.2, np.array([900.0, 700.0]), 0.5
+
+
+def in_image(points: np.ndarray) -> np.ndarray:
+    """Turn a run's points into those of an image: flow at an angle, y down, mirrored."""
+    x, y = points.T * DIAMETER_UM
+    cosine, sine = np.cos(ANGLE), np.sin(ANGLE)
+    # On the right of the flow as one looks along it, which the page mirrors back.
+    return np.column_stack([cosine * x - sine * y, sine * x + cosine * y])
+
+
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A drawn film, measured: one collision that breaks."""
+    """What `pinchoff video` writes of one collision whose outlines are those of a run."""
     pytest.importorskip("cv2", reason="pinchoff[video] is not installed")
-    folder = tmp_path_factory.mktemp("film")
-    sweep = "simulation_capillary_number = 40\n[vary]\noffset = [0.05]\n"
-    (folder / "sweep.toml").write_text(sweep)
-    assert main(["sweep", str(folder / "sweep.toml"), "--out", str(folder / "s")]) == 0
-    assert main(["film", str(folder / "s"), "--out", str(folder / "<b>clip.mp4")]) == 0
-    laboratory = {
-        "--pixel-size": "5.28um",
-        "--fps": "60",
-        "--obstacle-radius": "85um",
-        "--thickness": "85um",
-        "--viscosity": "48mPa.s",
-        "--surface-tension": "20mN/m",
-    }
-    clip, out = str(folder / "<b>clip.mp4"), str(folder / "measured")
-    options = [word for pair in laboratory.items() for word in pair]
-    assert main(["video", clip, *options, "--no-overlay", "--out", out]) == 0
-    return folder / "measured"
+    from pinchoff.video import clip_folder
+    from pinchoff.video.batch import CLIPS
+    from pinchoff.video.encounters import Encounter, Laboratory, encounter_table, write_encounters
+
+    run = po.simulate(
+        Parameters(offset=0.08, simulation_capillary_number=40, vertex_count=48), outlines=0.02
+    )
+    outlines, contact = run.outlines, run.contacts[0]
+    assert outlines is not None
+    unit_s = DIAMETER_UM * 1e-3 / SPEED_MM_S
+    radius_um = run.parameters.obstacle_radius * DIAMETER_UM
+    frames = [
+        [(k, 0, in_image(o.vertices) + PLACE_UM, o.velocities) for k, o in enumerate(droplets)]
+        for droplets in outlines
+    ]
+    folder = tmp_path_factory.mktemp("film") / "measured"
+    clip = folder / CLIPS / "<b>clip"
+    (clip / clip_folder.THUMBNAILS).mkdir(parents=True)
+    Outlines.from_frames(
+        outlines.times * unit_s, frames, [[*PLACE_UM, radius_um]], {}, units="um"
+    ).save(clip / clip_folder.OUTLINES)
+    at_contact = int(np.searchsorted(outlines.times, contact["time"]))
+    velocity = in_image(np.array([[contact["velocity_x"], contact["velocity_y"]]]))[0]
+    encounter = Encounter(
+        obstacle=(*PLACE_UM, radius_um),
+        outline=frames[at_contact][0][2][::-1],
+        velocity=tuple(velocity / np.hypot(*velocity) * SPEED_MM_S),
+        contact_frame=at_contact,
+        end_frame=len(outlines),
+        contact_time_s=contact["time"] * unit_s,
+        outcome="broke",
+        breakup_time_s=run.breakup_time * unit_s,
+    )
+    laboratory = Laboratory(
+        obstacle_radius_um=radius_um,
+        thickness_um=radius_um,
+        viscosity_mPa_s=48.0,
+        surface_tension_mN_m=20.0,
+    )
+    table = encounter_table([encounter], laboratory, "video", "<b>clip")
+    write_encounters(table, folder / own_data.TABLE)
+    name = clip_folder.thumbnail_name(at_contact, 0, 0)
+    clip_folder.cv2.imwrite(str(clip / clip_folder.THUMBNAILS / name), np.zeros((40, 60, 3)))
+    return folder
 
 
 def test_a_film_is_turned_into_the_flow_and_scaled(measured: Path) -> None:

@@ -55,9 +55,15 @@ def test_rows_made_in_the_page_are_those_made_in_python(opened: Open) -> None:
                 "edge_stiffness": 10 ** random.uniform(-2, 2),
                 "neck_separation_unit": str(random.choice(["perimeter", "diameter"])),
                 "follow_daughters": bool(random.integers(2)),
+                "model": "deformable-particle",
                 **({"area_stiffness": 10 ** random.uniform(3, 6)} if random.integers(2) else {}),
             }
         )
+    springs = ("line_tension", "edge_stiffness", "area_stiffness", "wall_stiffness")
+    several += [
+        {**{n: v for n, v in values.items() if n not in springs}, "model": "front-tracking"}
+        for values in several[1:30]
+    ]
     several += [preset["constants"] for preset in page.value("explorer.facts.presets")]
     for values in several:
         row = page.page.evaluate(
@@ -70,6 +76,20 @@ def test_rows_made_in_the_page_are_those_made_in_python(opened: Open) -> None:
         automatic = np.isnan(here)
         assert automatic.sum() == ("time_step" not in values)
         np.testing.assert_array_equal(here[~automatic], expected[~automatic])
+
+
+def test_the_model_is_chosen(opened: Open) -> None:
+    page = opened()
+    page.page.evaluate("explorer.set({line_tension: 60})")
+    page.page.select_option("#model", "front-tracking")
+    page.until("explorer.current().here?.values.model === 'front-tracking'")
+    expected = po.simulate(Parameters(model="front-tracking"))
+    result = run_of(page)
+    assert result["symmetry"] == pytest.approx(expected.symmetry, abs=1e-12)
+    assert result["breakup_time"] == pytest.approx(expected.breakup_time, abs=1e-9)
+    command = page.page.inner_text("#command")
+    assert "--model front-tracking" in command
+    assert "line_tension" not in command, "it means nothing without springs"
 
 
 def test_values_are_refused_as_in_python(opened: Open) -> None:
@@ -282,6 +302,7 @@ def test_physical_quantities_give_pythons_groups(opened: Open) -> None:
     field = page.page.locator("#physical input").nth(4)  # viscosity
     field.fill("96")
     field.press("Tab")
+    page.settled()
     quantities = page.value("explorer.state.quantities")
     units = page.value(
         "({diameter: 'um', obstacle_radius: 'um', thickness: 'um', speed: 'mm/s', "

@@ -11,7 +11,7 @@ from html import unescape
 import pytest
 from matplotlib.figure import Figure
 
-from pinchoff.figures.page import Page
+from pinchoff.figures.html_page import Page
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))),

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import pinchoff as po
-from pinchoff.figures.page import Page
+from pinchoff.figures.html_page import Page
 
 VOID = {"meta", "link", "img", "br"}
 

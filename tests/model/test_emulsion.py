@@ -438,3 +438,65 @@ def test_interrupt_acts_between_windows():
     finally:
         timer.join()
         signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_islands_give_what_comparing_everybody_gives(kind):
+    """Loose clusters that meet and part, in eddies and among pillars, with nothing that breaks.
+
+    One island of all droplets, every pair and every obstacle looked at, beside islands that come
+    and go: the same bits with springs; a front is put right between blocks, there to round-off.
+    """
+    row = FEW.replace(model=kind).model_row()
+    row[_core.MODEL_FIELDS.index("neck_thickness")] = 0.0
+    size, rng = 9.0, np.random.default_rng(4)
+    obstacles = np.array([[2.0, 2.0, 0.3], [6.5, 4.0, 0.2], [4.0, 7.5, 0.4], [8.9, 0.1, 0.25]])
+    starts: list[list[float]] = []
+    while len(starts) < 26:
+        x, y, d = *rng.uniform(0, size, 2), 1.0  # smaller ones have steps of their own
+        discs = [*([a, b, 2 * r] for a, b, r in obstacles), *starts]
+        away = [
+            math.hypot(*(min(abs(x - a), size - abs(x - a)), min(abs(y - b), size - abs(y - b))))
+            - (d + e) / 2
+            for a, b, e in discs
+        ]
+        if min(away) > 0.12:
+            starts.append([x, y, d])
+    flow = periodic_flow(size, size)
+    islands, frames = [], []
+    for exhaustive in (False, True):
+        run = _core.Emulsion(
+            row,
+            flow,
+            obstacles,
+            np.array(starts),
+            np.array([0, size, 0, size]),
+            True,
+            True,
+            0.05,
+            0.0,
+            np.zeros(4),
+            np.zeros(0),
+            math.inf,
+            0,
+            1,
+            exhaustive=exhaustive,
+        )
+        run.advance(14)
+        counts = dict(zip(_core.BALANCE_FIELDS, np.asarray(run.balance()).tolist(), strict=True))
+        islands.append(counts["islands"] / counts["windows"])
+        frames.append([np.asarray(part) for part in run.frame()])
+    assert islands[1] == 1 < islands[0] < 26
+    if kind == FRONT:
+        np.testing.assert_allclose(frames[0][2], frames[1][2], atol=1e-7)
+    else:
+        np.testing.assert_array_equal(frames[0][2], frames[1][2])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", MODELS)
+def test_no_deep_overlap_in_a_million_droplet_steps(kind):
+    """A crowd stirred for long: nobody is retired, which a vertex spacing of overlap would do."""
+    run = crowd(60.0, model=kind, interval=20.0)
+    assert run.balance["retired"] == 0
+    assert run.balance["steps"] * 25 > 1e6

@@ -15,7 +15,7 @@ from pinchoff.paper import make
 from pinchoff.paper.catalogue import FIGURES
 from pinchoff.paper.make import ITEMS
 from pinchoff.paper.numbers import Number, data_name, numbers
-from pinchoff.paper.page import reproduction_page
+from pinchoff.paper.reproduction_page import reproduction_page
 from pinchoff.paper.study import Study, droplet, offset_of_symmetry, paper_breakup_number
 
 CHEAP = ["2", "3"]

@@ -16,8 +16,8 @@ from pinchoff.video.microscope import Scene, film
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.workers import all_done, segmented
 
-SETTINGS = VideoSettings(pixel_size_um=5.0, fps=60.0)
 OBSTACLE = (150.0, 80.0, 16.0)
+SETTINGS = VideoSettings(pixel_size_um=5.0, fps=60.0, method="rings", obstacles=(OBSTACLE,))
 
 
 @pytest.fixture
@@ -177,12 +177,14 @@ def test_a_folder_of_stacks_stands_for_these(tmp_path):
 
 
 def test_frames_and_crop_of_a_clip(tmp_path, good):
-    part = SETTINGS.replace(frames="10:50", crop=(20, 10, 200, 150))
+    moved = (OBSTACLE[0] - 20, OBSTACLE[1] - 10, OBSTACLE[2])
+    part = SETTINGS.replace(frames="10:50", crop=(20, 10, 200, 150), obstacles=(moved,))
     whole = measure_videos([good], tmp_path / "whole", SETTINGS, processes=1, overlay=False)
     result = measure_videos([good], tmp_path / "part", part, processes=1, overlay=False)
     one, other = (each.collisions.iloc[0] for each in (whole, result))
     assert other["contact_frame"] == one["contact_frame"]
     assert other["contact_time_s"] == pytest.approx(one["contact_time_s"])
-    assert other["obstacle_x_um"] == pytest.approx(one["obstacle_x_um"] - 20 * 5.0, abs=2.0)
+    assert other["speed_mm_s"] == pytest.approx(one["speed_mm_s"], rel=0.01)
+    assert other["symmetry"] == pytest.approx(one["symmetry"], abs=0.02)
     assert result.clips[0].result["frames"] == 40
     assert batch.CLIPS in {path.name for path in (tmp_path / "part").iterdir()}

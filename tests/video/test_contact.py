@@ -145,7 +145,7 @@ def test_contact_and_speed_on_drawn_films(tmp_path):
     ]
     scene, count = lane_scene(runs, look)
     made = film(scene, tmp_path / "clip.mp4", count, microscope=look, laboratory=laboratory)
-    settings = VideoSettings(pixel_size_um=5.28, laboratory=laboratory)
+    settings = VideoSettings(pixel_size_um=5.28, laboratory=laboratory, method="rings")
     result = measure_clip(made.clip, settings)
     table = encounter_table(result.encounters, laboratory, "video", "")
     truth = encounter_table(scene_encounters(scene, look, count), laboratory, "film", "")

@@ -40,7 +40,7 @@ def measured(look, tmp_path_factory):
     run = Outlines.from_frames(np.array([0.0, 1.0]), frames, [(1e6, 1e6, 1.0)], {})
     folder = tmp_path_factory.mktemp("export")
     clip = film(Scene((Passage(run, 1.0, 1.0),)), folder / "a.mp4", 30, microscope=look).clip
-    settings = VideoSettings(pixel_size_um=5.0, crop=CROP, frames="4:30")
+    settings = VideoSettings(pixel_size_um=5.0, crop=CROP, frames="4:30", method="rings")
     result = measure_videos([clip], folder / "out", settings, processes=1, overlay=False)
     assert not result.clips[0].error
     return result.clips[0].folder

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType, SimpleNamespace
 
 import av
 import cv2
@@ -556,4 +557,70 @@ def test_scale_that_nobody_says(tmp_path, refused):
     refused("pixel_size", scaled, clip_of(tmp_path / "a.tif", silent), silent)
     given = VideoSettings(pixel_size_um=2.5)
     _, notes = scaled(clip_of(tmp_path / "a.tif", given), given)
-    assert notes == ["the file says no frame rate: 60/s is assumed; give --fps"]
+    assert notes == ["the file says no frame rate: 60/s is assumed; give fps"]
+
+
+# Microscopes' own files
+
+
+class _StandIn:
+    """What `nd2.ND2File` offers of a film in two channels; no writer of such files exists."""
+
+    sizes = MappingProxyType({"T": 5, "C": 2, "Y": HEIGHT, "X": WIDTH})
+    is_rgb = False
+    experiment = (
+        SimpleNamespace(
+            type="TimeLoop",
+            parameters=SimpleNamespace(periodMs=5.0, periodDiff=SimpleNamespace(avg=4.0)),
+        ),
+    )
+    metadata = SimpleNamespace(
+        channels=[SimpleNamespace(channel=SimpleNamespace(name=n)) for n in ("dye", "bright")]
+    )
+
+    def __init__(self, path):
+        assert path.suffix == ".nd2"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def voxel_size(self):
+        return SimpleNamespace(x=0.65)
+
+    def read_frame(self, number):
+        return np.stack([stack(5, 4095, np.uint16)[number] // 2, stack(5, 4095, np.uint16)[number]])
+
+
+def test_nikon_files(tmp_path, monkeypatch):
+    nd2 = pytest.importorskip("nd2")
+    monkeypatch.setattr(nd2, "ND2File", _StandIn)
+    (tmp_path / "a.nd2").touch()
+    clip, found = read(tmp_path / "a.nd2", channel="bright")
+    assert clip.about.pixel_size_um == 0.65
+    assert clip.about.fps == pytest.approx(250.0)  # as taken, not as asked for
+    assert len(found) == 5
+    assert all(map(shows_ramp, found))
+    assert "the first is measured" in Clip(tmp_path / "a.nd2").about.notes[0]
+    monkeypatch.setattr(_StandIn, "sizes", {"T": 5, "P": 3, "Y": HEIGHT, "X": WIDTH})
+    with pytest.raises(InputError, match="frames of one plane in time; got 3 along P"):
+        Clip(tmp_path / "a.nd2")
+
+
+def test_zeiss_files(tmp_path):
+    """Written by the maker's own library, where that is there."""
+    pytest.importorskip("czifile")
+    czi = pytest.importorskip("pylibCZIrw.czi")
+    path = tmp_path / "a.czi"
+    with czi.create_czi(str(path)) as file:
+        for number, page in enumerate(stack(5, 4095, np.uint16)):
+            for channel in (0, 1):
+                plane = {"T": number, "C": channel, "Z": 0}
+                file.write(data=page // (2 - channel), plane=plane)
+        file.write_metadata(document_name="a", scale_x=0.65e-6, scale_y=0.65e-6)
+    clip, found = read(path, channel="1")
+    assert clip.about.pixel_size_um == pytest.approx(0.65)
+    assert len(found) == 5
+    assert all(map(shows_ramp, found))

@@ -151,9 +151,11 @@ def test_what_is_not_there_is_refused(tmp_path, refused):
 @pytest.mark.parametrize("count", [1, 31, 32, 63, 64, 65, 1000])
 def test_sample_is_even_and_bounded(count):
     empty = np.zeros((2, 2), dtype=np.uint8)
-    kept, seen = sample(Frame(n, 0.0, empty, None) for n in range(count))
+    kept, pairs, seen = sample(Frame(n, 0.0, empty, None) for n in range(count))
     numbers = [frame.number for frame in kept]
     assert seen == count
+    assert all(after.number == before.number + 1 for before, after in pairs)
+    assert len(pairs) >= (len(kept) - 1) // 4
     assert min(count, SAMPLE_SIZE) <= len(kept) < 2 * SAMPLE_SIZE
     assert len(set(np.diff(numbers))) <= 1
     assert numbers[-1] >= count - max(1, 2 * count // SAMPLE_SIZE)

@@ -10,8 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
-from pinchoff.video.clips import clip_segmenter, measure_clip
-from pinchoff.video.levels import calibrate
+from pinchoff.video.background import Sample
+from pinchoff.video.choice import choose
+from pinchoff.video.clips import measure_clip
 from pinchoff.video.microscope.drawing import coverage
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import VideoSettings
@@ -25,9 +26,8 @@ SETTINGS = VideoSettings(pixel_size_um=1.0, minimum_diameter_um=20.0, packed=Tru
 
 def droplets_of(luma, told=SETTINGS, obstacles=()):
     frame = Frame(0, 0.0, luma, None)
-    return clip_segmenter(
-        calibrate([frame], told), told, np.array(obstacles).reshape(-1, 3)
-    ).droplets(frame)
+    told = told.replace(obstacles=tuple(obstacles))
+    return choose(Sample([frame]), told).segmenter.droplets(frame)
 
 
 def packed(discs, *, noise=4.0, blur=1.0, size=SIZE):
@@ -107,7 +107,7 @@ def test_a_clip_of_a_packed_scene(tmp_path):
     result = measure_clip(folder, SETTINGS)
     assert result.frame_count == 8
     assert 7 <= result.track_count <= 9
-    assert result.calibrated.thresholds().keys() == {"noise_grey_levels"}
+    assert result.choice.method == "packed"
 
 
 class Labelled(NamedTuple):

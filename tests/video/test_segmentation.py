@@ -7,11 +7,11 @@ import math
 import cv2
 import numpy as np
 import pytest
-from pinchoff.video.segmentation import Segmenter
 
 from pinchoff import _core
 from pinchoff.video.contours import trace
 from pinchoff.video.levels import calibrate
+from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.microscope import Scene
 from pinchoff.video.settings import VideoSettings
 
@@ -31,7 +31,7 @@ def found(drawn, settings):
         frames = drawn(scene, microscope, count)
         if grey:
             frames = [frame._replace(chroma=None) for frame in frames]
-        segmenter = Segmenter(*calibrate(frames, told))
+        segmenter = RingSegmenter(*calibrate(frames, told))
         return [segmenter.droplets(frame) for frame in frames]
 
     return segment
@@ -161,7 +161,7 @@ def test_thresholds_that_are_given_are_taken(disc, moving, drawn, settings, micr
     levels = calibrate(frames, told).levels
     assert (levels.edge, levels.pale_edge, levels.hole) == (0.45, 0.3, 0.7)
     assert (levels.ring, levels.ring_width, levels.interior) == (120.0, 3.0, 0.4)
-    assert len(Segmenter(*calibrate(frames, told)).droplets(frames[10])) == 1
+    assert len(RingSegmenter(*calibrate(frames, told)).droplets(frames[10])) == 1
 
 
 @pytest.mark.parametrize(("interior", "share"), [(140, 0.42), (230, 0.0)])

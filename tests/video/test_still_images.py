@@ -5,10 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from pinchoff.video.segmentation import Segmenter
 
 from pinchoff.video.background import Background, median_background
 from pinchoff.video.levels import Levels, calibrate
+from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import VideoSettings
 
@@ -17,7 +17,7 @@ def droplets_of(luma, **settings):
     frame = Frame(0, 0.0, luma, None)
     chosen = VideoSettings(pixel_size_um=1.0, minimum_diameter_um=20.0, **settings)
     calibrated = calibrate([frame], chosen)
-    return Segmenter(calibrated.background, calibrated.levels).droplets(frame)
+    return RingSegmenter(calibrated.background, calibrated.levels).droplets(frame)
 
 
 def ringed(centres, radius=30, size=(400, 400)):
@@ -52,7 +52,7 @@ def test_very_many_cells_of_one_ring_come_apart():
     even = np.full((500, 500), 200, dtype=np.float32)
     chamber = Background(even, None, np.ones_like(even), 1.0)
     levels = Levels(ring=140.0, edge=0.5, colour=np.zeros(3), interior=0.5, minimum_area=100.0)
-    found = Segmenter(chamber, levels).droplets(frame)
+    found = RingSegmenter(chamber, levels).droplets(frame)
     assert len(found) == 400
     assert len({d.group for d in found}) == 1
     assert sum(d.area for d in found) == pytest.approx(403**2, rel=0.05)

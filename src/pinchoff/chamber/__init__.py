@@ -12,9 +12,6 @@ from typing import TYPE_CHECKING, Any
 from pinchoff.chamber.extra import chamber_extra
 
 if TYPE_CHECKING:
-    from pinchoff.chamber.array_flow import ArrayFlow as ArrayFlow
-    from pinchoff.chamber.array_flow import array_flow as array_flow
-    from pinchoff.chamber.array_flow import imaging_array as imaging_array
     from pinchoff.chamber.design import Chamber as Chamber
     from pinchoff.chamber.flow_check import FlowCheck as FlowCheck
     from pinchoff.chamber.flow_check import check_flow as check_flow
@@ -23,6 +20,9 @@ if TYPE_CHECKING:
     from pinchoff.chamber.masks import write_oasis as write_oasis
     from pinchoff.chamber.obstacle_flow import compare_with_stokes as compare_with_stokes
     from pinchoff.chamber.obstacle_flow import flow_around as flow_around
+    from pinchoff.chamber.periodic_flow import ArrayFlow as ArrayFlow
+    from pinchoff.chamber.periodic_flow import array_flow as array_flow
+    from pinchoff.chamber.periodic_flow import imaging_array as imaging_array
     from pinchoff.chamber.positions import in_frame as in_frame
     from pinchoff.chamber.record import read_design as read_design
     from pinchoff.chamber.rules import Violation as Violation
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
     from pinchoff.chamber.solids import write_stl as write_stl
 
 _HOME = {
-    "ArrayFlow": "array_flow",
+    "ArrayFlow": "periodic_flow",
     "Chamber": "design",
     "FlowCheck": "flow_check",
     "Violation": "rules",
-    "array_flow": "array_flow",
+    "array_flow": "periodic_flow",
     "check_flow": "flow_check",
     "check_rules": "rules",
     "compare_with_stokes": "obstacle_flow",
     "flow_around": "obstacle_flow",
-    "imaging_array": "array_flow",
+    "imaging_array": "periodic_flow",
     "in_frame": "positions",
     "read_design": "record",
     "write_dxf": "masks",

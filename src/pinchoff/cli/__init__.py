@@ -6,6 +6,7 @@ Exit codes: 0 done, 2 the input is wrong, 1 anything else.
 from __future__ import annotations
 
 import difflib
+import errno
 import io
 import sys
 from collections.abc import Sequence
@@ -37,6 +38,14 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _INTERRUPTED = 130  # exit code of typer after Ctrl-C; its older releases raise Abort
 
+_ADVICE = {
+    errno.ENOSPC: "; make room and give the same command again",
+    errno.EFBIG: "; make room and give the same command again",
+    errno.ENAMETOOLONG: "; choose a shorter name",
+    errno.EACCES: "; choose a folder that you may write to",
+    errno.EROFS: "; choose a folder that you may write to",
+    errno.EAGAIN: "; allow more processes and threads (ulimit -u), or lower --workers",
+}
 _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
 app = typer.Typer(
@@ -84,10 +93,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Parameters
     ----------
     arguments : sequence of str, optional
-        What stands behind ``pinchoff``; by default the process's own arguments.
+        What stands behind ``pinchoff``; by default the process's own arguments. ``--debug``
+        anywhere lets an error that nobody foresaw through, with its traceback.
     """
     typed = sys.argv[1:] if arguments is None else list(arguments)
-    given = [_by_its_name(text) for text in typed] or ["--help"]
+    debug = "--debug" in typed
+    given = [_by_its_name(text) for text in typed if text != "--debug"] or ["--help"]
     _never_fail_on_letters()
     try:
         with printed_warnings():
@@ -98,8 +109,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _failed(_usage_message(error, given), 2)
     except (typer.Abort, KeyboardInterrupt):
         return _failed("interrupted", 1)
-    except (OSError, ImportError, MemoryError) as error:
+    except OSError as error:
+        return _failed(_system_message(error), 1)
+    except MemoryError:
+        return _failed("no memory is left; close other programs, or give less at a time", 1)
+    except ImportError as error:
         return _failed(str(error), 1)
+    except Exception as error:
+        if debug:
+            raise
+        return _failed(_unforeseen(error), 1)
     if code == _INTERRUPTED:
         return _failed("interrupted", 1)
     return code if isinstance(code, int) else 0
@@ -116,6 +135,21 @@ def _never_fail_on_letters() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
+
+
+def _system_message(error: OSError) -> str:
+    """Say what the system refused, of which file, and what to do."""
+    reason = error.strerror or str(error)
+    place = f"{error.filename}: " if error.filename else ""
+    return f"{place}{reason}{_ADVICE.get(error.errno or 0, '')}"
+
+
+def _unforeseen(error: Exception) -> str:
+    what = f"{type(error).__name__}: {str(error).partition(chr(10))[0]}".rstrip(": ")
+    if "thread" in what or "Resource temporarily unavailable" in what:
+        return f"no further thread could be started{_ADVICE[errno.EAGAIN]}"
+    advice = "the same command with --debug shows where; please report it to the developers"
+    return f"this failed in a way that nobody foresaw ({what}); {advice}"
 
 
 def _failed(message: str, code: int) -> int:

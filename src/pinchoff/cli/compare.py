@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +9,8 @@ from typing import Annotated
 import typer
 
 from pinchoff.cli.folders import prepare_folder, refuse_results, results_folder
-from pinchoff.cli.options import OutFolder, Overwrite
+from pinchoff.cli.options import OutFolder, Overwrite, named_as_options
+from pinchoff.cli.output import write_json
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
@@ -41,19 +41,19 @@ def compare(
     """
     folder = results_folder(out)
     from pinchoff.figures.filmed_comparison import write_comparison
-    from pinchoff.support.files import written_aside
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
     refuse_results(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    with progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show:
+    with (
+        named_as_options(collision_id="--collision"),
+        progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
+    ):
         found = compare_collision(clip, collision, progress=show)
     prepare_folder(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
     write_comparison(folder / _PICTURE, found)
     numbers = found.to_dict()
-    with written_aside(folder / _NUMBERS) as unfinished:
-        text = json.dumps(numbers, indent=2, ensure_ascii=False, allow_nan=False)
-        unfinished.write_text(text + "\n", encoding="utf-8")
+    write_json(folder / _NUMBERS, numbers)
     print(f"filmed {numbers['measured_outcome']}, simulated {numbers['simulated_outcome']}")
     print(f"centre of mass: root mean square distance {found.position_rms_um:.1f} µm")
     print(f"shape parameter: root mean square difference {found.shape_rms:.3f}")

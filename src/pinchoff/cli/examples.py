@@ -95,15 +95,16 @@ def _write_table(path: Path) -> None:
 
 def _write_clip(path: Path) -> None:
     from pinchoff.model.parameters import Parameters
+    from pinchoff.support import paper_constants as paper
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.encounters import Laboratory
     from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 
     laboratory = Laboratory(
-        obstacle_radius_um=85.0,
-        thickness_um=85.0,
-        viscosity_mPa_s=48.0,
-        surface_tension_mN_m=20.0,
+        obstacle_radius_um=paper.OBSTACLE_RADIUS_UM,
+        thickness_um=paper.THICKNESS_UM,
+        viscosity_mPa_s=paper.VISCOSITY_MPA_S,
+        surface_tension_mN_m=paper.SURFACE_TENSION_MN_M,
     )
     microscope = Microscope(seed=0)
     passages = [

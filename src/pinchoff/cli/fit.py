@@ -17,14 +17,23 @@ from pinchoff.cli.options import (
     option,
 )
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
-from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.cli.table_options import (
+    BrokeIs,
+    ColumnMap,
+    Constants,
+    Encoding,
+    HeaderRow,
+    Sheet,
+    Units,
+    imported,
+)
 from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
-    from pinchoff.figures.page import Picture
+    from pinchoff.figures.html_page import Picture
     from pinchoff.fits.law_study import LawStudy
 
 LAW = "law.json"
@@ -59,6 +68,10 @@ def fit(
     columns: ColumnMap = None,
     units: Units = None,
     constants: Constants = None,
+    broke_is: BrokeIs = None,
+    sheet: Sheet = None,
+    header_row: HeaderRow = None,
+    encoding: Encoding = None,
     free: Annotated[
         list[str] | None,
         option(
@@ -102,7 +115,18 @@ def fit(
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
-    collisions = imported(table, columns, units, constants)
+    collisions = imported(
+        table,
+        columns,
+        units,
+        constants,
+        broke_is=broke_is or (),
+        sheet=sheet,
+        header_row=header_row,
+        encoding=encoding,
+    )
+    for message in collisions.messages():
+        print(f"warning: {message}", file=sys.stderr)
     prepare_folder(folder, _FILES, overwrite=overwrite)
     study = _studied(
         collisions,
@@ -113,8 +137,6 @@ def fit(
         fraction=fraction,
         seed=seed,
     )
-    for message in collisions.messages():
-        print(f"warning: {message}", file=sys.stderr)
     remove_results(folder, _FILES)
     _write(study, table.name, folder)
     files = (folder / name for name in _FILES)
@@ -143,7 +165,7 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
     from pinchoff.collisions.parquet import write_collisions
     from pinchoff.explorer.page import write_folder_page
     from pinchoff.figures import style
-    from pinchoff.figures.pages.law import law_figures, law_page
+    from pinchoff.figures.pages.law_page import law_figures, law_page
 
     write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
@@ -160,7 +182,7 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
 
 
 def _print(study: LawStudy) -> None:
-    from pinchoff.figures.pages.law import interval, signed_number
+    from pinchoff.figures.pages.law_page import interval, signed_number
     from pinchoff.fits.form import SYMBOLS
 
     rows = []

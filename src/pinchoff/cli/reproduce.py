@@ -18,7 +18,16 @@ from pinchoff.cli.options import (
     switch,
 )
 from pinchoff.cli.output import announce
-from pinchoff.cli.table_options import ColumnMap, Constants, Units, imported
+from pinchoff.cli.table_options import (
+    BrokeIs,
+    ColumnMap,
+    Constants,
+    Encoding,
+    HeaderRow,
+    Sheet,
+    Units,
+    imported,
+)
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -48,6 +57,10 @@ def reproduce(
     columns: ColumnMap = None,
     units: Units = None,
     constants: Constants = None,
+    broke_is: BrokeIs = None,
+    sheet: Sheet = None,
+    header_row: HeaderRow = None,
+    encoding: Encoding = None,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
@@ -69,11 +82,22 @@ def reproduce(
     """
     from pinchoff.paper import reproduce as remake
     from pinchoff.paper.make import remove_reproduction
-    from pinchoff.paper.page import reproduction_page
+    from pinchoff.paper.reproduction_page import reproduction_page
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
-    table = None if experiment is None else imported(experiment, columns, units, constants)
+    table = None
+    if experiment is not None:
+        table = imported(
+            experiment,
+            columns,
+            units,
+            constants,
+            broke_is=broke_is or (),
+            sheet=sheet,
+            header_row=header_row,
+            encoding=encoding,
+        )
     prepare_folder(folder)
     if overwrite:
         remove_reproduction(folder)
@@ -98,7 +122,7 @@ def _bar() -> Iterator[Callable[[str, int, int], object] | None]:
 
 
 def _print(made: Reproduction) -> None:
-    from pinchoff.paper.page import verdicts
+    from pinchoff.paper.reproduction_page import verdicts
 
     if made.numbers:
         print(verdicts(made))

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
+import sys
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_pairs
-from pinchoff.cli.options import option
+from pinchoff.cli.options import flag_of, option
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
 
 _TABLE = "Table"
+_READING = ("sheet", "header_row", "encoding", "broke_is")
+_ARGUMENT = re.compile(rf"\b({'|'.join(_READING)})= ?")
 
 
 def _pairs(flag: str, meaning: str) -> Any:
@@ -26,6 +31,28 @@ Units = Annotated[list[str] | None, _pairs("--unit", "Unit of a quantity, as are
 Constants = Annotated[
     list[str] | None,
     _pairs("--constant", "What is the same in all rows, as viscosity='48 mPa s'"),
+]
+
+BrokeIs = Annotated[
+    list[str] | None,
+    option(
+        "VALUE",
+        "Outcome that means that the droplet broke, as 2; all others then mean that it did not; "
+        "may be repeated",
+        default="words of several languages, 1 and 0",
+        panel=_TABLE,
+    ),
+]
+Sheet = Annotated[
+    str | None, option("NAME", "Sheet of a spreadsheet", default="first with a table", panel=_TABLE)
+]
+HeaderRow = Annotated[
+    int | None,
+    option("INTEGER", "Row of the file with the names of columns", default="found", panel=_TABLE),
+]
+Encoding = Annotated[
+    str | None,
+    option("NAME", "Encoding of a text table, as latin-1", default="found", panel=_TABLE),
 ]
 
 
@@ -51,8 +78,17 @@ def imported(
     columns: Sequence[str] | None,
     units: Sequence[str] | None,
     constants: Sequence[str] | None,
+    **reading: Any,
 ) -> ImportedCollisions:
     """Read a table as the options say; errors about what an option says name it.
+
+    Parameters
+    ----------
+    table : path
+    columns, units, constants : sequence of str, optional
+        Pairs, as they were typed.
+    **reading
+        Further arguments of `pinchoff.import_collisions`, called as their options.
 
     Raises
     ------
@@ -63,19 +99,40 @@ def imported(
 
     how = table_pairs(columns, units, constants)
     with named_as_table_options(how):
-        return import_collisions(table, **how)
+        return import_collisions(
+            table,
+            columns=how["columns"],
+            units=how["units"],
+            constants=how["constants"],
+            **reading,
+        )
 
 
 @contextmanager
 def named_as_table_options(how: Mapping[str, Mapping[str, str]]) -> Iterator[None]:
-    """Let errors about what an option says name the option."""
-    try:
-        yield
-    except InputError as error:
-        name = error.argument.removeprefix("unit of ")
-        flags = {"columns": "--map", "units": "--unit", "constants": "--constant"}
-        named = [flags[keyword] for keyword, pairs in how.items() if name in pairs]
-        flag = "--unit" if name != error.argument or name in how["units"] else "".join(named[:1])
-        if not flag:
-            raise
-        raise error.renamed(f"{flag} {name}") from None
+    """Let errors and warnings about what an option says name the option."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            yield
+        except InputError as error:
+            raise _about_options(error, how) from None
+        finally:
+            for each in caught:
+                print(f"warning: {_with_flags(str(each.message))}", file=sys.stderr)
+
+
+def _about_options(error: InputError, how: Mapping[str, Mapping[str, str]]) -> InputError:
+    """Name the option that was wrong, and in the advice the one to use."""
+    name = error.argument.removeprefix("unit of ")
+    flags = {"columns": "--map", "units": "--unit", "constants": "--constant"}
+    named = [flags[keyword] for keyword, pairs in how.items() if name in pairs]
+    flag = "--unit" if name != error.argument or name in how["units"] else "".join(named[:1])
+    argument = f"{flag} {name}" if flag else error.argument
+    if argument in _READING:
+        argument = flag_of(argument)
+    return InputError.of(argument, error.rule, error.got, _with_flags(error.advice))
+
+
+def _with_flags(text: str) -> str:
+    return _ARGUMENT.sub(lambda found: f"{flag_of(found[1])} ", text)

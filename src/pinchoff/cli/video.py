@@ -116,9 +116,11 @@ def video(
     overlay: Annotated[
         bool, typer.Option("--overlay/--no-overlay", help="Write annotated clips.")
     ] = True,
-    processes: Annotated[
+    workers: Annotated[
         int | None,
-        typer.Option(metavar="NUMBER", help="How many work at the same time; one a core."),
+        typer.Option(
+            "--workers", metavar="INTEGER", help="How many work at the same time; one a core."
+        ),
     ] = None,
 ) -> None:
     """Measure droplets that meet obstacles in microscope videos.
@@ -163,7 +165,7 @@ def video(
             folder,
             settings,
             overlay=overlay,
-            processes=processes,
+            processes=workers,
             progress=sys.stderr.isatty(),
         )
     except KeyboardInterrupt:

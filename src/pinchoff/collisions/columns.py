@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -10,13 +11,17 @@ import numpy as np
 
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import unit_factor
+from pinchoff.support.quantities import is_unit, unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+
+LARGEST = 1e60
+"""Numbers beyond it, or below its inverse, leave the range of a double in the law's powers."""
 
 
 class Quantity(NamedTuple):
@@ -102,6 +107,9 @@ _SUFFIXES = {
 }
 
 
+_IN_BRACKETS = re.compile(r"(.+?)\s*[\[(]([^\[\]()]+)[\])]")
+
+
 class Place(NamedTuple):
     """Where a quantity stands in the source, and what its numbers are multiplied by."""
 
@@ -132,8 +140,11 @@ def find_columns(
     places = {}
     for name in known:
         column = columns.get(name)
-        if column is not None and column not in frame.columns:
-            raise unknown_name(name, "a column of the table", column, map(str, frame.columns))
+        if column is not None:
+            column = _named(frame, column)
+            if column is None:
+                shown = map(str, frame.columns)
+                raise unknown_name(name, "a column of the table", columns[name], shown)
         place = _place(frame, name, column, units.get(name))
         if place is not None:
             places[name] = place
@@ -150,26 +161,71 @@ def find_columns(
     return places
 
 
+def _named(frame: pd.DataFrame, name: str) -> str | None:
+    """Return the column of a name, whose case, spaces and hyphens do not matter.
+
+    Raises
+    ------
+    InputError
+        There are several.
+    """
+    if name in frame.columns:
+        return name
+    same = [str(column) for column in frame.columns if _key(column) == _key(name)]
+    if len(same) > 1:
+        got = " and ".join(map(repr, same))
+        raise InputError.of(f"the column {name}", "one column", got, "rename or drop the others")
+    return same[0] if same else None
+
+
+def _key(name: object) -> str:
+    return re.sub(r"[\s_-]+", "_", str(name).strip()).lower()
+
+
 def _place(frame: pd.DataFrame, name: str, column: str | None, unit: str | None) -> Place | None:
     """Find the column of a quantity and what brings its numbers to our unit."""
     ours = QUANTITIES[name] if name in QUANTITIES else Quantity(name)
-    if column is None and ours.column in frame.columns:  # as in our own tables
-        if unit is not None:
-            got, advice = f"{unit} for the column {ours.column!r}", "the column's name tells it"
+    own = _named(frame, ours.column) if column is None else None
+    below = frame.attrs.get("unit_row", {})
+    if own is not None:  # as in our own tables
+        told = unit or below.get(own)
+        if unit or (ours.unit and told and unit_factor(f"unit of {name}", told, ours.unit) != 1.0):
+            got, advice = f"{told} for the column {own!r}", "the column's name tells it"
             raise InputError.of(f"unit of {name}", "left out", got, advice)
-        return Place(ours.column)
+        return Place(own)
     if not ours.unit:
         return None if column is None else Place(column)
     if column is None:
-        endings = [
-            f"{name}_{ending}" for ending in _SUFFIXES if f"{name}_{ending}" in frame.columns
-        ]
-        column = endings[0] if endings else name if name in frame.columns else None
+        column = _with_unit(frame, name)
     if column is None:
         return None
-    ending = next((e for e in sorted(_SUFFIXES, key=len)[::-1] if column.endswith(f"_{e}")), None)
-    told = unit or (_SUFFIXES[ending] if ending else None)
+    told = unit or _told_unit(column) or below.get(column)
     if told is None:
         advice = f"say {name}={ours.unit.replace('*', ' ')}, or whatever it is"
         raise InputError.of(f"unit of {name}", "given", f"a column {column!r}", advice)
     return Place(column, unit_factor(f"unit of {name}", told, ours.unit))
+
+
+def _with_unit(frame: pd.DataFrame, name: str) -> str | None:
+    """Return the column of a quantity whose name ends in a unit, or is the quantity's alone."""
+    for ending in _SUFFIXES:
+        column = _named(frame, f"{name}_{ending}")
+        if column is not None:
+            return column
+    in_brackets = [str(column) for column in frame.columns if _bare(column) == _key(name)]
+    return in_brackets[0] if in_brackets else _named(frame, name)
+
+
+def _bare(column: object) -> str | None:
+    """Return what stands before a unit in brackets: ``area (µm²)``."""
+    found = _IN_BRACKETS.fullmatch(str(column).strip())
+    return _key(found[1]) if found else None
+
+
+def _told_unit(column: str) -> str | None:
+    """Return the unit with which a column's name ends, the longest that fits."""
+    found = _IN_BRACKETS.fullmatch(column.strip())
+    if found and is_unit(found[2]):
+        return found[2]
+    endings = [each for each in _SUFFIXES if _key(column).endswith(f"_{each}".lower())]
+    return _SUFFIXES[max(endings, key=len)] if endings else None

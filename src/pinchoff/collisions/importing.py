@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 import os
+import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinchoff.collisions.columns import QUANTITIES, Place, find_columns
+from pinchoff.collisions.columns import LARGEST, QUANTITIES, Place, find_columns
 from pinchoff.collisions.law import breakup_number
 from pinchoff.collisions.reading import read_table
 from pinchoff.collisions.reasons import OUTCOME_UNKNOWN, general_reason, not_measured
@@ -34,9 +36,33 @@ if TYPE_CHECKING:
 _BK = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
 _REQUIRED = ("capillary_number", "normalized_area", "normalized_thickness", "symmetry")
 
-_BROKE = ("true", "yes", "y", "t", "1", "1.0", "broke", "breaks", "broken", "break", "breakup")
-_UNBROKEN = ("false", "no", "n", "f", "0", "0.0", "slipped", "captured", "intact", "unbroken")
-_UNKNOWN = ("", "nan", "none", "na", "n/a", "failed", "<na>")
+_BROKE = (
+    *("true", "yes", "y", "t", "1", "1.0", "broke", "breaks", "broken", "break", "breakup"),
+    *("break-up", "did break", "wahr", "ja", "j", "vrai", "oui", "verdadero", "sí", "vero", "sì"),
+)
+_UNBROKEN = (
+    *("false", "no", "n", "f", "0", "0.0", "slipped", "captured", "intact", "unbroken", "slips"),
+    *("no break", "no break-up", "no breakup", "not broken", "did not break", "does not break"),
+    *("falsch", "nein", "faux", "non", "falso"),
+)
+_UNKNOWN = ("", "nan", "none", "na", "n/a", "failed", "<na>", "-", "--", "?", "unknown", "n.d.")
+_DERIVED: dict[str, tuple[tuple[str, ...], Callable[..., Floats]]] = {
+    "capillary_number": (("viscosity", "speed", "surface_tension"), capillary_number),
+    "normalized_area": (("area", "obstacle_radius"), lambda area, radius: area / radius**2),
+    "normalized_thickness": (("thickness", "obstacle_radius"), np.divide),
+}
+"""What follows from other quantities, with how."""
+
+_NO_NUMBER = {*_UNKNOWN, "#n/a", "#div/0!", "#value!", "#ref!", "#num!", "#name?", "#null!", "–"}
+_WRITTEN_OTHERWISE = (
+    (re.compile(r"[-+]?\d{1,3}([,' \u00a0\u202f]\d{3})+(\.\d*)?"), "without thousands separators"),
+    (re.compile(r"[-+]?\d{1,3}(\.\d{3})+(,\d*)?"), "without thousands separators"),
+    (re.compile(r".*\d\s*%"), "as a fraction of 1 instead of percent"),
+    (re.compile(r".*\d\s*(±|\+/?-)\s*\d.*"), "without its error, which may have its own column"),
+    (re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?"), "with a point for the decimals"),
+    (re.compile(r"[-+]?\d[\d.]*\s*[a-zA-Zµμ][^\d]*\d?"), "without its unit"),
+)
+"""Numbers that are written for people, and how to write them instead."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +121,10 @@ def import_collisions(
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
     constants: Mapping[str, str] | None = None,
+    broke_is: Sequence[str] = (),
+    sheet: str | None = None,
+    header_row: int | None = None,
+    encoding: str | None = None,
 ) -> ImportedCollisions:
     """Bring a table of collisions into our form, and check every value.
 
@@ -114,6 +144,11 @@ def import_collisions(
     constants : mapping of str to str, optional
         What is the same in all rows and has no column, such as ``{"viscosity": "48 mPa s"}``; a
         pure number without a unit.
+    broke_is : sequence of str, optional
+        Values of the outcome that mean that the droplet broke; all others that are given then
+        mean that it did not. By default words of several languages, and 1 and 0, are understood.
+    sheet, header_row, encoding
+        As of `pinchoff.collisions.reading.read_table`, for a file.
 
     Raises
     ------
@@ -133,15 +168,18 @@ def import_collisions(
     >>> found.table["normalized_area"].round(1).tolist(), found.reasons()
     ([24.9, 24.9], {'outcome not known': 1})
     """
-    frame, name = _frame(source)
+    frame, name = _frame(source, sheet=sheet, header_row=header_row, encoding=encoding)
     places = find_columns(frame, columns or {}, units or {})
     values = _values(frame, places, constants or {})
     checks = _Checks(frame, places)
-    broke = checks.outcomes()
+    broke = checks.outcomes(broke_is)
     checks.accepted()
     for quantity, column in values.items():
         checks.possible(quantity, column)
     _derive(values)
+    for quantity, (needed, _) in _DERIVED.items():
+        for part in needed:
+            checks.lacking(quantity, part, values)
     for quantity in _REQUIRED:
         checks.known(quantity, values[quantity])
     table = _table(frame, places, values, broke, name, checks.kept)
@@ -154,15 +192,23 @@ def checked_collisions(
 ) -> ImportedCollisions:
     """Return collisions as they were imported, or import them and warn of what is set aside."""
     if isinstance(table, ImportedCollisions):
-        return table
-    imported = import_collisions(table)
-    imported.warn(stacklevel=stacklevel)
+        imported = table
+    else:
+        imported = import_collisions(table)
+        imported.warn(stacklevel=stacklevel)
+    if not len(imported.table):
+        reasons = "; ".join(f"{reason} ({n})" for reason, n in imported.reasons().items())
+        got = f"none of {imported.count}: {reasons}"
+        advice = "give what is missing, as a column or what is the same in all rows"
+        raise InputError.of("table", "a table with rows that can be used", got, advice)
     return imported
 
 
-def _frame(source: pd.DataFrame | str | os.PathLike[str]) -> tuple[pd.DataFrame, str]:
+def _frame(
+    source: pd.DataFrame | str | os.PathLike[str], **how: str | int | None
+) -> tuple[pd.DataFrame, str]:
     if isinstance(source, (str, os.PathLike)):
-        return read_table(source), Path(source).name
+        return read_table(source, **how), Path(source).name  # type: ignore[arg-type]
     import pandas as pd
 
     if not isinstance(source, pd.DataFrame):
@@ -194,13 +240,31 @@ def _numbers(frame: pd.DataFrame, name: str, place: Place) -> Floats:
 
     column = frame[place.column]
     if not pd.api.types.is_numeric_dtype(column):
-        # What is no number counts as not measured, but a column without any is the wrong one.
         numbers = pd.to_numeric(column, errors="coerce")
-        if numbers.isna().all() and not column.isna().all():
-            got = f"{column.dropna().iloc[0]!r} in the column {place.column!r}"
+        strange = _strange_cells(column, numbers)
+        _refuse_written_otherwise(name, place.column, strange)
+        if numbers.isna().all() and strange:
+            got = f"{next(iter(strange.values()))!r} in the column {place.column!r}"
             raise InputError.of(name, "numbers", got, "choose another column")
         column = numbers
     return column.to_numpy(dtype=np.float64, na_value=math.nan) * place.factor
+
+
+def _strange_cells(column: pd.Series, numbers: pd.Series) -> dict[int, str]:
+    """Return by row, from 1, what is neither a number nor a sign that there is none."""
+    rows = np.flatnonzero(numbers.isna().to_numpy() & column.notna().to_numpy()).tolist()
+    texts = {row + 1: str(column.iloc[row]).strip() for row in rows}
+    return {row: text for row, text in texts.items() if text.lower() not in _NO_NUMBER}
+
+
+def _refuse_written_otherwise(name: str, column: str, cells: Mapping[int, str]) -> None:
+    """Refuse numbers that are written for people: to drop them would lose what was measured."""
+    for row, text in cells.items():
+        for pattern, how in _WRITTEN_OTHERWISE:
+            if pattern.fullmatch(text):
+                got = f"{text!r} in the column {column!r}"
+                place = f"{name} in row {row}"
+                raise InputError.of(place, "a plain number", got, f"write it {how}")
 
 
 def _constant(name: str, text: str) -> float:
@@ -225,13 +289,16 @@ class _Checks:
         self.kept = np.ones(len(frame), dtype=bool)
         self._found: list[tuple[NDArray[np.intp], str, Sequence[object], str]] = []
 
-    def outcomes(self) -> Floats:
+    def outcomes(self, broke_is: Sequence[str]) -> Floats:
         """Return 1 where a droplet broke, 0 where it did not."""
         column = self._places["broke"].column
-        broke, strange = _outcomes(self._frame[column])
-        words = "broke is neither true or false, yes or no, nor 1 or 0"
-        self._set_aside(strange, column, self._entries(column), words)
-        self._set_aside(np.isnan(broke), column, self._entries(column), OUTCOME_UNKNOWN)
+        broke, strange = _outcomes(self._frame[column], broke_is)
+        shown = self._entries(column)
+        _require_both_understood(shown, broke, strange)
+        for value in dict.fromkeys(map(str, shown[strange])):
+            words = f"broke is {value!r}, neither true or false, yes or no, nor 1 or 0"
+            self._set_aside(strange & (shown.astype(str) == value), column, shown, words)
+        self._set_aside(np.isnan(broke), column, shown, OUTCOME_UNKNOWN)
         return broke
 
     def accepted(self) -> None:
@@ -239,7 +306,7 @@ class _Checks:
         if "accepted" not in self._places:
             return
         column = self._places["accepted"].column
-        accepted, _ = _outcomes(self._frame[column])
+        accepted, _ = _outcomes(self._frame[column], ())
         reasons: Any = self._entries(column)
         if "reject_reason" in self._places:
             reasons = self._entries(self._places["reject_reason"].column)
@@ -254,10 +321,19 @@ class _Checks:
         column = self._places[name].column if name in self._places else name
         impossible = ~np.isnan(values) & ~quantity.possible(values)
         self._set_aside(impossible, column, values, f"{name} is not {quantity.rule()}")
+        size = np.abs(values)
+        extreme = (size > LARGEST) | ((size > 0) & (size < 1.0 / LARGEST))
+        self._set_aside(extreme, column, values, f"{name} is no size that can be computed with")
 
     def known(self, name: str, values: Floats) -> None:
         """Set aside rows without a number that is needed."""
         self._set_aside(np.isnan(values), name, values, not_measured(name))
+
+    def lacking(self, name: str, part: str, values: Mapping[str, Floats]) -> None:
+        """Set aside rows without a number that could follow from others, if one were there."""
+        if part in values:
+            which = np.isnan(values[name]) & np.isnan(values[part])
+            self._set_aside(which, part, values[part], f"{name} needs {part}, which is not given")
 
     def set_aside(self) -> pd.DataFrame:
         """Return the rows that are not kept, in their order."""
@@ -281,19 +357,35 @@ class _Checks:
             self._found.append((fresh, column, values, reason))
 
 
-def _outcomes(column: pd.Series) -> tuple[Floats, NDArray[np.bool_]]:
+def _outcomes(column: pd.Series, broke_is: Sequence[str]) -> tuple[Floats, NDArray[np.bool_]]:
     """Read true and false; return 1, 0 or NaN for unknown, and where it is none of these."""
     import pandas as pd
 
+    words = column.astype(object).where(column.notna(), "").astype(str).str.strip().str.lower()
+    words = words.str.removesuffix(".0")
+    if broke_is:
+        named = [word.strip().lower().removesuffix(".0") for word in broke_is]
+        broke = np.where(words.isin(named), 1.0, np.where(words.isin(_UNKNOWN), math.nan, 0.0))
+        return broke, np.zeros(len(column), dtype=bool)
     if pd.api.types.is_bool_dtype(column):
         return column.to_numpy(dtype=np.float64, na_value=math.nan), np.zeros(len(column), bool)
-    if pd.api.types.is_numeric_dtype(column):
-        numbers = column.to_numpy(dtype=np.float64, na_value=math.nan)
-        sound = np.isin(numbers, (0.0, 1.0))
-        return np.where(sound, numbers, math.nan), ~sound & ~np.isnan(numbers)
-    words = column.astype(object).where(column.notna(), "").astype(str).str.strip().str.lower()
     broke = np.where(words.isin(_BROKE), 1.0, np.where(words.isin(_UNBROKEN), 0.0, math.nan))
     return broke, np.isnan(broke) & ~words.isin(_UNKNOWN).to_numpy()
+
+
+def _require_both_understood(
+    shown: NDArray[Any], broke: Floats, strange: NDArray[np.bool_]
+) -> None:
+    """Refuse outcomes of which one kind at most is understood while others are not.
+
+    Of 1 and 2, for instance, 1 may mean either.
+    """
+    if strange.any() and not ((broke == 1).any() and (broke == 0).any()):
+        counts = Counter(map(str, shown)).most_common()
+        got = ", ".join(f"{value!r} ({count})" for value, count in counts[:6])
+        more = ", ..." if len(counts) > 6 else ""
+        rule = "true or false, yes or no, or 1 or 0"
+        raise InputError.of("broke", rule, got + more, "say broke_is=VALUE of those that broke")
 
 
 def _derive(values: dict[str, Floats]) -> None:
@@ -309,11 +401,7 @@ def _derive(values: dict[str, Floats]) -> None:
     if "first_daughter_area" in values and "second_daughter_area" in values:
         both = np.stack([values["first_daughter_area"], values["second_daughter_area"]])
         _fill(values, "daughter_area_ratio", both.min(axis=0) / both.max(axis=0))
-    for name, needed, formula in (
-        ("capillary_number", ("viscosity", "speed", "surface_tension"), capillary_number),
-        ("normalized_area", ("area", "obstacle_radius"), lambda area, radius: area / radius**2),
-        ("normalized_thickness", ("thickness", "obstacle_radius"), np.divide),
-    ):
+    for name, (needed, formula) in _DERIVED.items():
         if all(column in values for column in needed):
             _fill(values, name, formula(*(values[column] for column in needed)))
         elif name not in values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from importlib import resources
-from typing import Any
+from typing import Any, get_args
 
 from pinchoff.collisions.law import LINES
 from pinchoff.collisions.reasons import general_reason
@@ -14,6 +14,7 @@ from pinchoff.model.parameters import (
     DEFAULTS,
     PARAMETERS,
     WALL_STIFFNESS_PER_LINE_TENSION,
+    Model,
     Parameters,
     preset_description,
     preset_names,
@@ -39,6 +40,8 @@ FOLLOWING = {
 }
 """Parameters whose default follows the line tension, and their ratio to it."""
 
+_MODELS: tuple[Model, ...] = get_args(Model)
+
 _LINE_LABELS = {
     "paper-simulation": "paper, simulations",
     "paper-experiment": "paper, experiments",
@@ -63,6 +66,7 @@ def facts() -> dict[str, Any]:
         "fields": list(_core.MODEL_FIELDS),
         "parameters": list(_parameters()),
         "ratios": FOLLOWING,
+        "defaults": {m: Parameters(model=m).model_dump(mode="json") for m in _MODELS},
         "constants": _constants(),
         "ca_per_ca_sim": CA_PER_CA_SIM,
         "presets": [
@@ -85,7 +89,8 @@ def _parameters() -> Iterator[dict[str, Any]]:
         yield {
             "name": name,
             "default": DEFAULTS.get(name),
-            "follows": "line_tension" if name in FOLLOWING else "",
+            "follows": "line_tension" if name in FOLLOWING else "model" if entry.follows else "",
+            "scope": entry.model,
             **_limits(name),
             "rule": entry.rule,
             "meaning": entry.phrase,
@@ -103,8 +108,9 @@ def _limits(name: str) -> dict[str, Any]:
     number: dict[str, Any] = numbers[0] if numbers else {}
     choices = None if number else schema.get("enum")
     return {
-        "low": number.get("minimum"),
-        "high": number.get("maximum"),
+        # Beside None, pydantic leaves the limits as it was given them.
+        "low": number.get("minimum", number.get("ge")),
+        "high": number.get("maximum", number.get("le")),
         "whole": number.get("type") == "integer",
         "choices": choices,
     }

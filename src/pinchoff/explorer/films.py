@@ -137,7 +137,7 @@ def _packed(
     limits = np.iinfo(np.int16)
     integers = np.clip(np.round(numbers), limits.min, limits.max).astype("<i2")
     return {
-        "times": [round(time, 4) for time in times[::every]],
+        "times": [round(float(time), 4) for time in times[::every]],
         "radius": radius,
         "unit": _UNIT,
         "counts": [[len(outline) for outline in frame] for frame in thin],

@@ -130,7 +130,12 @@ def _of_table(place: Path, own: Mapping[str, Mapping[str, str]]) -> tuple[pd.Dat
         except InputError:
             if place.is_dir():
                 raise
-    imported = import_collisions(place, **own)
+    imported = import_collisions(
+        place,
+        columns=own.get("columns"),
+        units=own.get("units"),
+        constants=own.get("constants"),
+    )
     table = imported.table
     rows = table["collision_id"].to_numpy()
     source = read_table(place).iloc[rows]

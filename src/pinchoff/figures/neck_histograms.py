@@ -19,7 +19,7 @@ from pinchoff.support.errors import InputError
 if TYPE_CHECKING:
     import pandas as pd
 
-FRAME_RATES = (30.0, 60.0, 240.0, 1000.0)
+FRAME_RATES = (30.0, paper.FRAME_RATE, 240.0, 1000.0)
 """Cameras that are compared, frames/s; the paper's makes 60."""
 
 _PAPER_LIMIT_UM = paper.NECK_THICKNESS * paper.MEDIAN_DIAMETER_UM

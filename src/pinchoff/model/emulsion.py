@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from pinchoff import _core
-from pinchoff.collisions.schema import Column, measure_column
+from pinchoff.collisions.schema import Column, count_column, measure_column
 from pinchoff.model.arrangement import droplet_circles, obstacle_circles
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder, Piece
@@ -53,7 +53,7 @@ _BALANCE = _core.BALANCE_FIELDS
 EVENT_COLUMNS: tuple[Column, ...] = (
     Column("kind", "", "category", "what happened", _KINDS),
     measure_column("time", "t0", "when"),
-    measure_column("droplet_id", "1", "the droplet that it happened to"),
+    count_column("droplet_id", "the droplet that it happened to"),
     measure_column("x", "D0", "where: the droplet's centre, or the middle of its neck"),
     measure_column("y", "D0", "as x"),
     measure_column("area", "D0^2", "of the droplet"),
@@ -74,8 +74,8 @@ EVENT_COLUMNS: tuple[Column, ...] = (
 
 SIZE_COLUMNS: tuple[Column, ...] = (
     measure_column("time", "t0", "of the frame"),
-    measure_column("droplet_id", "1", "number of the droplet"),
-    measure_column("generation", "1", "break-ups in its ancestry"),
+    count_column("droplet_id", "number of the droplet"),
+    count_column("generation", "break-ups in its ancestry"),
     measure_column("diameter", "D0", "of the circle of equal area"),
     measure_column("x", "D0", "mean of its vertices"),
     measure_column("y", "D0", "as x"),
@@ -222,7 +222,7 @@ def simulate_emulsion(
     record = scene.record() | settings | {"interval": per_frame * WINDOW}
     folder = None if out is None else EmulsionFolder(Path(out), record, scene.circles, outlines)
     result = Emulsion(parameters=parameters, _folder=folder)
-    with progress_bar(progress, "emulsion", windows * WINDOW) as show:
+    with progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show:
         _run(run, windows, per_frame, frames_per_piece, result, on_frame, resume, show)
     return result
 
@@ -289,7 +289,7 @@ def _run(
         if frames % frames_per_piece == 0:
             result._write_piece(run)
         if show is not None:
-            show(run.time, label=f"emulsion of {result.balance['present']} droplets")
+            show(run.time, label=f"{result.balance['present']} droplets, t0")
     result._write_piece(run)
     if run.failed:
         area = 100 * result.balance["area_retired"] / result.balance["area_in"]
@@ -303,7 +303,7 @@ def _run(
         )
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class Emulsion:
     """What came of a run of many droplets.
 
@@ -325,6 +325,15 @@ class Emulsion:
     _sizes: list[pd.DataFrame] = field(default_factory=list, repr=False)
     _piece: Piece = field(default_factory=Piece, repr=False)
     _reasons: list[str] = field(default_factory=list, repr=False)
+
+    def __repr__(self) -> str:
+        counts = self.balance
+        gone = f", {counts['retired']} retired" if counts.get("retired") else ""
+        return (
+            f"<Emulsion at t = {self.time:.4g} t0: {counts.get('present', 0)} droplets, "
+            f"{counts.get('breakups', 0)} break-ups, {counts.get('entered', 0)} entered, "
+            f"{counts.get('left', 0)} left{gone}>"
+        )
 
     @property
     def events(self) -> pd.DataFrame:
@@ -388,7 +397,11 @@ class Emulsion:
             for g, value, at in zip(guards, values, times, strict=True)
         ]
         self._reasons += [r for r, k in zip(reasons, kinds, strict=True) if k == "retired"]
-        own = {"kind": kinds, "reason": np.array(reasons, dtype=object)}
+        own = {
+            "kind": kinds,
+            "droplet_id": events["droplet_id"].astype(np.int64),
+            "reason": np.array(reasons, dtype=object),
+        }
         return pd.DataFrame({c.name: own.get(c.name, events.get(c.name)) for c in EVENT_COLUMNS})
 
     def _write_piece(self, run: _core.Emulsion) -> None:
@@ -414,6 +427,7 @@ def _size_table(run: _core.Emulsion) -> pd.DataFrame:
     sizes = np.asarray(run.sizes())
     names = [c.name for c in SIZE_COLUMNS[1:]]
     table = pd.DataFrame(sizes, columns=names)
+    table = table.astype({c.name: c.dtype for c in SIZE_COLUMNS[1:]})
     table.insert(0, "time", np.full(len(sizes), run.time))
     return table
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import struct
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -239,6 +240,7 @@ def read_gsd(path: Path) -> GsdContents:
     """
     import gsd.hoomd
 
+    _require_whole(path)
     with gsd.hoomd.open(name=path, mode="r") as file:
         if len(file) == 0:
             raise ValueError("it has no frames")
@@ -251,6 +253,63 @@ def read_gsd(path: Path) -> GsdContents:
         parameters=json.loads(_as_text(log["parameters"])),
         units=_as_text(log["units"]),
     )
+
+
+# The file's header and an entry of its index, as GSD 1 and 2 have them.
+_MAGIC = 0x65DF65DF65DF65DF
+_HEADER = struct.Struct("<QQQQQII64s64s80x")  # magic, index, entries, names, names, ...
+_ENTRY = np.dtype(
+    [
+        *(("frame", "<u8"), ("rows", "<u8"), ("location", "<i8"), ("columns", "<u4")),
+        *(("name", "<u2"), ("kind", "u1"), ("flags", "u1")),
+    ]
+)
+_NAME_SIZE = 64  # bytes in which the list of names is counted; the names stand close in it
+_KIND_SIZES = np.array([0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1])  # bytes of a number, by its kind
+
+
+def _require_whole(path: Path) -> None:
+    """Refuse a file whose index leads out of it: the library would read there, and crash.
+
+    Raises
+    ------
+    ValueError
+        It is damaged.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(_HEADER.size)
+        if len(head) < _HEADER.size:
+            raise ValueError("it is cut short")
+        magic, index_at, count, names_at, names, *_ = _HEADER.unpack(head)
+        if magic != _MAGIC:
+            raise ValueError("it is no GSD file")
+        lists = ((index_at, count * _ENTRY.itemsize), (names_at, names * _NAME_SIZE))
+        if any(start < _HEADER.size or start + length > size for start, length in lists):
+            raise ValueError("its index is damaged")
+        file.seek(index_at)
+        table = np.frombuffer(file.read(count * _ENTRY.itemsize), dtype=_ENTRY)
+        file.seek(names_at)
+        known = len([name for name in file.read(names * _NAME_SIZE).split(b"\0") if name])
+    _require_entries(table[: _used(table)], size, known)
+
+
+def _used(table: npt.NDArray[Any]) -> int:
+    """Return how many entries of an index are in use: those before the first without a place."""
+    free = np.flatnonzero(table["location"] == 0)
+    return int(free[0]) if len(free) else len(table)
+
+
+def _require_entries(table: npt.NDArray[Any], size: int, names: int) -> None:
+    kinds = table["kind"].astype(np.intp)
+    known = (kinds > 0) & (kinds < len(_KIND_SIZES)) & (table["name"] < names)
+    # In floating point: what damage has made of a count may overflow a product of integers.
+    numbers = table["rows"].astype(float) * table["columns"]
+    ends = table["location"] + numbers * _KIND_SIZES[np.where(known, kinds, 0)]
+    inside = (table["location"] >= _HEADER.size) & (ends <= size)
+    frames = table["frame"].astype(float)
+    if not (known & inside).all() or np.any(np.diff(frames) < 0) or np.any(frames > len(table)):
+        raise ValueError("its index is damaged")
 
 
 def _droplets(frame: Any) -> list[Outline]:

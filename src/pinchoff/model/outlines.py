@@ -14,7 +14,6 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -339,7 +338,7 @@ class Outlines:
             )
         try:
             return readers[source.suffix](source)
-        except (OSError, EOFError, RuntimeError, KeyError, ValueError, BadZipFile) as error:
+        except Exception as error:  # what damage makes their readers raise is of every kind
             raise InputError.of(
                 "path",
                 "a file of outlines written by pinchoff",

@@ -18,9 +18,7 @@ from pinchoff.figures.sequences import collision_pairs
 from pinchoff.figures.snapshots import snapshot_strip
 from pinchoff.paper.study import Study
 from pinchoff.studies.necks import median_history
-
-CAMERA_FPS = 60.0
-"""Frame rate of the paper's camera, frames/s."""
+from pinchoff.support.paper_constants import FRAME_RATE
 
 
 class PaperFigure(NamedTuple):
@@ -58,7 +56,7 @@ def _neck_pictures(study: Study) -> Axes:
     collision = study.median_collision
     outlines, scale = collision.outlines, collision.parameters.scale
     assert outlines is not None and scale is not None  # noqa: PT018
-    interval = 1.0 / CAMERA_FPS / scale.time_unit_s
+    interval = 1.0 / FRAME_RATE / scale.time_unit_s
     times = [collision.breakup_time + (k - 2.5) * interval for k in range(6)]
     return snapshot_strip(outlines, times)[0]
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from pinchoff.paper.study import droplet
 from pinchoff.support import paper_constants as the_paper
+from pinchoff.support.errors import InputError
 from pinchoff.video.batch import measure_videos
 from pinchoff.video.comparison import Comparison, compare_collision
 from pinchoff.video.encounters import Laboratory
@@ -72,4 +73,8 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
         laboratory=laboratory,
     )
     result = measure_videos([clip], folder / f"film_{figure}", settings, overlay=False)
-    return compare_collision(result.clips[0].folder, 0)
+    accepted = result.collisions[result.collisions["accepted"].astype(bool)]
+    if accepted.empty:
+        got, advice = "none", f"look at {result.clips[0].folder}"
+        raise InputError.of(f"film {figure}", "one with an accepted collision", got, advice)
+    return compare_collision(result.clips[0].folder, int(accepted["collision_id"].iloc[0]))

@@ -146,8 +146,13 @@ def _exponents(study: Study) -> Iterator[Number]:
 def _simulations(study: Study) -> Iterator[Number]:
     fit = study.line.fit()
     how = f"{ENGINE}, {len(study.line.runs)} collisions"
-    yield _estimated("prefactor α, simulations", "sec. 4.1", "0.089", (0.089, 0.0), fit.alpha, how)
-    yield _estimated("exponent β, simulations", "sec. 4.1", "−0.72", (-0.72, 0.0), fit.beta, how)
+    alpha, beta = the_paper.SIMULATION_ALPHA, the_paper.SIMULATION_BETA
+    yield _estimated(
+        "prefactor α, simulations", "sec. 4.1", f"{alpha:g}", (alpha, 0.0), fit.alpha, how
+    )
+    yield _estimated(
+        "exponent β, simulations", "sec. 4.1", _numeral(beta), (beta, 0.0), fit.beta, how
+    )
     conversion = study.conversion
     if conversion is not None:
         estimate = Estimate(conversion.value, conversion.low, conversion.high)
@@ -165,8 +170,8 @@ def _simulations(study: Study) -> Iterator[Number]:
     yield _estimated(
         "slope of ln S_c against ln μ̃",
         "appendix C",
-        "−0.72",
-        (-0.72, 0.0),
+        _numeral(beta),
+        (beta, 0.0),
         study.tensions.fit().beta,
         f"{ENGINE}, {len(tilts)} line tensions",
         note=f"each alone: {_numeral(min(tilts))} to {_numeral(max(tilts))}",

@@ -83,8 +83,8 @@ class InputError(PinchoffError, ValueError):
 
         Examples
         --------
-        >>> print(InputError.of("threads", "positive", 0, "give 1").renamed("--threads"))
-        --threads must be positive; got 0; give 1
+        >>> print(InputError.of("n", "positive", 0, "give 1").renamed("rows"))
+        rows must be positive; got 0; give 1
         """
         return type(self).of(argument, self.rule, self.got, self.advice)
 

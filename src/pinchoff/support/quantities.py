@@ -292,6 +292,19 @@ def unit_factor(name: str, text: str, unit: str) -> float:
         raise InputError.of(name, f"a unit of {kind}", f"'{text}'", advice) from None
 
 
+def is_unit(text: str) -> bool:
+    """Return whether a short text is one of the units that `unit_factor` takes."""
+    if not 0 < len(text) <= 16 or text[0].isdigit():
+        return False
+    for unit in KINDS:
+        try:
+            unit_factor("unit", text, unit)
+        except InputError:
+            continue
+        return True
+    return False
+
+
 def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
     """Refuse dimensionless numbers that follow from physical quantities given beside them.
 

@@ -65,13 +65,13 @@ class Sample(NamedTuple):
         Spread evenly over it.
     pairs : list of (Frame, Frame)
         Some of them, each with the next one that was read.
-    count : int
+    read : int
         Frames of the clip that were read.
     """
 
     frames: Sequence[Frame]
     pairs: Sequence[tuple[Frame, Frame]] = ()
-    count: int = 0
+    read: int = 0
 
 
 def sample(frames: Iterable[Frame]) -> Sample:

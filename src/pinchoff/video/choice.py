@@ -22,6 +22,7 @@ from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.packed import RimSegmenter
 from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.obstacles import is_obstacle, known_obstacles, obstacles_of
 from pinchoff.video.quality import Quality, persistence, quality
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
@@ -38,6 +39,7 @@ _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 _AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
+_AS_GOOD_AT_PILLARS = 0.5  # the same where there are pillars
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 
 
@@ -146,11 +148,13 @@ def _spots(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
 def _packed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
     px = settings.pixel_um
     smallest = max(SMALLEST_RIM_PX, 2.0 * math.sqrt(settings.minimum_area_px / math.pi))
-    largest = max(smallest, min(sample.frames[0].luma.shape) / _PARTS_OF_VIEW)
+    height, width = sample.frames[0].luma.shape
+    largest = max(smallest, min(height, width) / _PARTS_OF_VIEW)
     if settings.maximum_diameter_um is not None:
         largest = settings.maximum_diameter_um / px
     channel = best_channel(sample.frames)
-    obstacles = np.array(settings.obstacles or (), dtype=np.float64).reshape(-1, 3)
+    known = known_obstacles(settings, (width, height))
+    obstacles = np.empty((0, 3)) if known is None else known
     for inverted in (False, True):
         segmenter = RimSegmenter(
             smallest,
@@ -189,12 +193,15 @@ def choose(sample: Sample, settings: VideoSettings) -> Choice:
     """
     frames = _spread(sample.frames, _TRIED)
     names = [settings.method] if settings.method is not None else list(METHODS)
-    trials = [_tried(name, sample, frames, settings) for name in names]
+    background = median_background(sample.frames)
+    obstacles = obstacles_of(background, settings)
+    trials = [_tried(name, sample, frames, settings, obstacles) for name in names]
     best = max(each.quality.score for each in trials)
-    least = _AS_GOOD * best if best > 0.0 else best
+    # Only rings tell a droplet from the pillar that it touches: it is not in the background.
+    share = _AS_GOOD_AT_PILLARS if len(obstacles) else _AS_GOOD
+    least = share * best if best > 0.0 else best
     chosen = next(each for each in trials if each.quality.score >= least)
     segmenter = chosen.segmenter
-    background = median_background(sample.frames)
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
     elif settings.minimum_diameter_um is None:
@@ -219,25 +226,35 @@ def _tried(
     sample: Sample,
     frames: Sequence[Frame],
     settings: VideoSettings,
+    obstacles: Floats,
 ) -> Trial:
     """Return the best variant of a method: of all on few frames, then of the best on more."""
     variants = list(METHODS[name](sample, settings))
     few = _spread(frames, _FIRST)
     if len(variants) > _FINALISTS:
-        first = [_trial(name, variant, few, few) for variant in variants]
+        first = [_trial(name, variant, few, few, obstacles) for variant in variants]
         order = sorted(range(len(first)), key=lambda k: -first[k].quality.score)
         variants = [variants[k] for k in order[:_FINALISTS]]
     learned = _spread(sample.frames, _LEARNED)
-    trials = [_persisting(_trial(name, each, learned, frames), sample) for each in variants]
+    trials = [
+        _persisting(_trial(name, each, learned, frames, obstacles), sample) for each in variants
+    ]
     return max(trials, key=lambda each: each.quality.score)
 
 
 def _trial(
-    name: str, variant: _Variant, learned: Sequence[Frame], frames: Sequence[Frame]
+    name: str,
+    variant: _Variant,
+    learned: Sequence[Frame],
+    frames: Sequence[Frame],
+    obstacles: Floats,
 ) -> Trial:
     build, description = variant
     segmenter = build(learned)
-    found = [segmenter.droplets(frame) for frame in frames]
+    found = [
+        [each for each in segmenter.droplets(frame) if not is_obstacle(each, obstacles)]
+        for frame in frames
+    ]
     images, noise = _pictures(frames)
     return Trial(name, segmenter, description, quality(images, found, noise), found)
 

@@ -10,12 +10,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.video.background import Background, sample
+from pinchoff.video.background import sample
 from pinchoff.video.choice import Choice, choose
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
-from pinchoff.video.obstacles import find_obstacles, lattice_obstacles
+from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
@@ -116,14 +116,15 @@ def measure_clip(
     clip = clip_of(path, settings)
     settings, notes = scaled(clip, settings)
     choice = choose(sample(clip.frames(sparse=True)), settings)
-    obstacles = clip_obstacles(choice.background, settings)
+    obstacles = obstacles_of(choice.background, settings)
     on_frame = None if begin is None else begin(choice, obstacles)
     segmenter = choice.segmenter
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     count, duration = 0, 0.0
     for frame, found in segmented(clip.frames(), segmenter, processes):
-        droplets = tracker.resolved(frame.number, found)
+        seen = [each for each in found if not is_obstacle(each, obstacles)]
+        droplets = tracker.resolved(frame.number, seen)
         tracks, events = tracker.step(frame.number, droplets)
         over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:
@@ -135,25 +136,3 @@ def measure_clip(
     notes += [clip.warning] if clip.warning else []
     warning = "; ".join(notes if tracker.count else [*notes, _NOTHING_FOUND])
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
-
-
-def clip_obstacles(background: Background, settings: VideoSettings) -> Floats:
-    """Return the obstacles that the settings give, or else those in the background.
-
-    They are looked for where a radius is given or `find_obstacles` asks for any; otherwise there
-    are none.
-    """
-    if settings.obstacles is not None:
-        return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
-    if settings.lattice is not None:
-        height, width = background.luma.shape
-        return lattice_obstacles(settings.lattice, settings.pixel_um, (width, height))
-    radius = settings.laboratory.obstacle_radius_um
-    if radius is None:
-        if not settings.find_obstacles:
-            return np.empty((0, 3))
-        return find_obstacles(background)
-    radius_px = radius / settings.pixel_um
-    found = find_obstacles(background, radius_px)
-    found[:, 2] = radius_px  # known better than the blurred edge shows it
-    return found

@@ -185,7 +185,7 @@ def compare_collision(
     filmed, simulated = _both(passage, seen, pixel_um)
     if len(filmed) < _FEWEST_FRAMES:
         got, rule = f"{len(filmed)} frames", f"seen whole in {_FEWEST_FRAMES} frames or more"
-        raise InputError.of("--collision", rule, got, "choose another")
+        raise InputError.of("collision_id", rule, got, "choose another")
 
     def centres(outlines: list[Floats]) -> Floats:
         return along_flow(np.array([_core.centroid(each) for each in outlines]), row)
@@ -265,12 +265,12 @@ def _row(folder: Path, collision_id: int) -> dict[str, Any]:
     rows: list[Any] = table[table["collision_id"] == collision_id].to_dict("records")
     if not rows:
         rule = f"from 0 to {len(table) - 1}" if len(table) else "left out: there are none"
-        raise InputError.of("--collision", rule, collision_id, "see collisions.parquet")
+        raise InputError.of("collision_id", rule, collision_id, "see collisions.parquet")
     row: dict[str, Any] = rows[0]
     for name in ("capillary_number", "symmetry", "speed_mm_s"):
         if not math.isfinite(row[name]):
-            advice = "measure with --viscosity and --surface-tension, or choose another"
-            raise InputError.of("--collision", f"one with a {name}", "NaN", advice)
+            advice = "measure with viscosity and surface tension given, or choose another"
+            raise InputError.of("collision_id", f"one with a {name}", "NaN", advice)
     return row
 
 

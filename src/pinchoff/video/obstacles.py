@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from pinchoff.support.errors import InputError
 from pinchoff.video.background import Background
-from pinchoff.video.settings import Lattice
+from pinchoff.video.droplets import Droplet
+from pinchoff.video.settings import Lattice, VideoSettings
 
 Floats = NDArray[np.float64]
 Image = NDArray[np.float32]
@@ -24,6 +25,7 @@ _SUPPORT = 0.6  # of the circumference in view must show the edge
 _LEAST_ARC = 0.2  # of the circumference must be in view
 _TOLERANCE = 0.2  # of a given radius
 _ANY_RADIUS = (0.01, 0.15)  # of the image's shorter side, where none is given
+_SAME_CENTRE = 0.3  # radii between an obstacle and what was taken for a droplet
 _STRICTNESS = 0.6  # of OpenCV's circle detection: 1 takes perfect circles only
 
 
@@ -33,6 +35,63 @@ class _Edge(NamedTuple):
     radii: Floats
     strengths: Floats
     seen: NDArray[np.bool_]
+
+
+def known_obstacles(settings: VideoSettings, size: tuple[int, int]) -> Floats | None:
+    """Return the obstacles that the settings give, centres and radii in pixels, (M, 3).
+
+    Parameters
+    ----------
+    settings : VideoSettings
+    size : (int, int)
+        Width and height of the image, pixels.
+
+    Returns
+    -------
+    ndarray, shape (M, 3), or None
+        None where they give none.
+    """
+    if settings.obstacles is not None:
+        return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
+    if settings.lattice is not None:
+        return lattice_obstacles(settings.lattice, settings.pixel_um, size)
+    return None
+
+
+def obstacles_of(background: Background, settings: VideoSettings) -> Floats:
+    """Return the obstacles that the settings give, or else those in the background.
+
+    They are looked for where a radius is given or `find_obstacles` asks for any; otherwise there
+    are none.
+    """
+    height, width = background.luma.shape
+    known = known_obstacles(settings, (width, height))
+    if known is not None:
+        return known
+    radius = settings.laboratory.obstacle_radius_um
+    if radius is None:
+        if not settings.find_obstacles:
+            return np.empty((0, 3))
+        return find_obstacles(background)
+    radius_px = radius / settings.pixel_um
+    found = find_obstacles(background, radius_px)
+    found[:, 2] = radius_px  # known better than the blurred edge shows it
+    return found
+
+
+def is_obstacle(droplet: Droplet, obstacles: Floats) -> bool:
+    """Return whether what was taken for a droplet is an obstacle: it covers one and no more.
+
+    Parameters
+    ----------
+    droplet : Droplet
+    obstacles : ndarray, shape (M, 3)
+        Centre x, y and radius, pixels.
+    """
+    away = np.hypot(obstacles[:, 0] - droplet.x, obstacles[:, 1] - droplet.y)
+    share = droplet.area / (math.pi * obstacles[:, 2] ** 2)
+    same = (away <= _SAME_CENTRE * obstacles[:, 2]) & (share > 0.5) & (share < 1.6)
+    return bool(same.any())
 
 
 def find_obstacles(background: Background, radius_px: float | None = None) -> Floats:

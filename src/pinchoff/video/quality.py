@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.regions import LEAST_CONTRAST, border_of, sampled
+from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, sampled, standing_rows
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -52,7 +52,7 @@ class Quality(NamedTuple):
 
 
 def quality(images: Sequence[Image], found: Sequence[Sequence[Droplet]], noise: float) -> Quality:
-    """Return what the outlines in some frames are worth.
+    """Return what the outlines in some frames are worth; what stands still is worth nothing.
 
     Parameters
     ----------
@@ -64,10 +64,14 @@ def quality(images: Sequence[Image], found: Sequence[Sequence[Droplet]], noise: 
         Grey levels.
     """
     score, shares, count = 0.0, [], 0
+    standing = standing_rows(
+        [np.array([[d.x, d.y, d.area] for d in here]).reshape(-1, 3) for here in found]
+    )
     for image, droplets in zip(images, found, strict=True):
         darkest = float(np.quantile(np.abs(image - cv2.blur(image, (15, 15)))[::2, ::2], 0.99))
         for droplet in droplets:
-            if droplet.cut:
+            row = np.array([droplet.x, droplet.y, droplet.area])
+            if droplet.cut or alike(standing, row).any():
                 continue
             closed, strength, inner = across(image, droplet.outline, noise)
             sure = closed**2 * _smoothness(droplet.outline) * (1.0 - 0.5 * inner)

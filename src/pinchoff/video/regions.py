@@ -39,7 +39,7 @@ _RIMMED = 0.42  # least share of the whole border: a quarter of a disc in a corn
 _CUT_SHARE = 0.04  # of the border along the dark edge of the view
 _VIEW_DARKNESS = 0.12  # of the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
-_STILL_PX, _STILL_AREA = 1.0, 0.03  # how much what stands still may seem to move and to change
+_STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_SHARE = 0.75  # of the frames in which it is seen
 
 
@@ -105,7 +105,7 @@ def is_compact(walk: Walk) -> bool:
         return False
     _, sides, _ = cv2.minAreaRect(walk)
     short, long = min(sides), max(sides)
-    return long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long
+    return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
 
 def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
@@ -123,7 +123,7 @@ def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
         return True
     near = _AT_EDGE + 1.0
     across = left <= near and left + wide >= size[0] - near
-    return across or (top <= near and top + high >= size[1] - near)
+    return bool(across or (top <= near and top + high >= size[1] - near))
 
 
 def standing_rows(seen: Sequence[Floats]) -> Floats:

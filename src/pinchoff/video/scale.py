@@ -45,7 +45,7 @@ def scaled(clip: Clip, settings: VideoSettings) -> tuple[VideoSettings, list[str
     if rated and clip.fps and abs(clip.fps / (about.fps or 1.0) - 1.0) > _ALIKE:
         notes.append(f"the file says {about.fps:.6g} frames/s: {clip.fps:.6g} is used, as given")
     if _is_assumed(clip):
-        notes.append(f"the file says no frame rate: {DEFAULT_FPS:g}/s is assumed; give --fps")
+        notes.append(f"the file says no frame rate: {DEFAULT_FPS:g}/s is assumed; give fps")
     return settings.replace(pixel_size_um=pixel_um or told), notes
 
 

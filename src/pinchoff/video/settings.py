@@ -116,7 +116,7 @@ class VideoSettings(Checked):
     obstacles : tuple of (x, y, radius), optional
         Centres and radii in pixels; by default they are looked for in the background.
     lattice : Lattice, optional
-        A regular array of them instead; as a table in TOML, or behind ``--set`` as
+        A regular array of them instead; as a table in TOML, or as a setting of the command
         ``lattice={pitch_um=900, radius_um=85, x_px=320, y_px=256}``.
     contact_distance_um : float, optional
         An outline that comes this near to an obstacle is in contact, µm; by default the contact is

@@ -84,13 +84,11 @@ def strong_tint(frames: Sequence[Frame]) -> str | None:
     """Return in which of the two tints the frames differ much from place to place, if in one."""
     if frames[0].chroma is None:
         return None
-    spread = {
-        tint: float(
-            np.mean([np.subtract(*np.quantile(f.chroma[k], [0.98, 0.5])) for f in frames])
-            + np.mean([np.subtract(*np.quantile(f.chroma[k], [0.5, 0.02])) for f in frames])
-        )
-        for tint, k in _TINTS.items()
-    }
+    spread = {}
+    for tint, k in _TINTS.items():
+        planes = [frame.chroma[k] for frame in frames if frame.chroma is not None]
+        low, high = np.quantile(np.stack(planes), [0.02, 0.98])
+        spread[tint] = float(high - low)
     best = max(spread, key=spread.__getitem__)
     return best if spread[best] >= _TINTED else None
 

@@ -144,8 +144,8 @@ def test_budget_lies_between_half_of_the_exact_one_and_the_exact_one(
     """Safe: never more than the smallest budget of any pair. Useful: at least half of it.
 
     Pairs that leave an end outwards may have a larger budget than their chord and arcs give them,
-    so only the others bound the outline's from above. The secant of r(r²) below the cap 3d gives (r - d)/2 times (r + d)/4d, which is at least half;
-    the budgets of the arcs are taken exactly.
+    so only the others bound the outline's from above. The secant of r(r²) below the cap 3d gives
+    (r - d)/2 times (r + d)/4d, which is at least half; the budgets of the arcs are taken exactly.
     """
     rng = np.random.default_rng(31)
     for _ in range(400):

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import pinchoff as po
 from pinchoff import InputError, Outlines
 from pinchoff.model.outlines import Outline, OutlineWriter
 from pinchoff.support.files import written_aside
@@ -290,3 +291,31 @@ def test_outline_is_a_plain_tuple():
 @pytest.mark.parametrize("suffix", [".gsd", ".npz", ".csv"])
 def test_save_into_a_missing_folder_is_refused(refused, tmp_path, suffix):
     refused("path", ragged_outlines().save, tmp_path / "missing" / f"outlines{suffix}")
+
+
+@pytest.mark.parametrize("suffix", [".gsd", ".npz"])
+def test_damage_anywhere_is_refused_or_harmless(tmp_path, suffix):
+    """In a process of its own: a reader that follows a damaged index may end it."""
+    whole = tmp_path / f"whole{suffix}"
+    po.simulate(po.Parameters(time_limit=0.2), outlines=True).outlines.save(whole)
+    program = (
+        "import random, sys, pinchoff as po\n"
+        "from pathlib import Path\n"
+        "whole = Path(sys.argv[1])\n"
+        "content, copy = whole.read_bytes(), whole.with_stem('copy')\n"
+        "draw = random.Random(7)\n"
+        "for k in range(150):\n"
+        "    damaged = bytearray(content)\n"
+        "    end = 600 if k % 3 else len(content)\n"
+        "    damaged[draw.randrange(end)] ^= 1 << draw.randrange(8)\n"
+        "    cut = draw.randrange(len(content)) if k % 10 == 0 else len(content)\n"
+        "    copy.write_bytes(damaged[:cut])\n"
+        "    try:\n"
+        "        po.Outlines.load(copy)\n"
+        "    except po.InputError:\n"
+        "        pass\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, str(whole)], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")

@@ -13,8 +13,8 @@ import numpy as np
 
 from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
-from pinchoff.figures.page import Page
-from pinchoff.figures.video import histograms, timeline
+from pinchoff.figures.html_page import Page
+from pinchoff.figures.video_histograms import histograms, timeline
 from pinchoff.video import clip_folder
 from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
 

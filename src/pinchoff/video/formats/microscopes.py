@@ -51,7 +51,7 @@ def _channel_notes(names: Sequence[str], channel: int | None) -> tuple[str, ...]
         return ()
     return (
         f"it has {len(names)} channels, {named(names)}: the first is measured, "
-        "--channel takes another",
+        "the setting channel takes another",
     )
 
 

@@ -118,7 +118,7 @@ class TiffStack:
         if sizes.get("C", 1) > 1 and self._channel is None:
             notes.append(
                 f"it has {sizes['C']} channels, {named(self._names)}: the first is measured, "
-                "--channel takes another"
+                "the setting channel takes another"
             )
         others = [each for each in file.series if each is not series]
         if others:

@@ -11,8 +11,8 @@ from pinchoff.explorer.page import LINK, NO_PAGE
 from pinchoff.figures.breakup_probability import breakup_probability
 from pinchoff.figures.constant_height import constant_height
 from pinchoff.figures.daughters import daughter_areas
+from pinchoff.figures.html_page import Page
 from pinchoff.figures.neck_histograms import neck_histograms
-from pinchoff.figures.page import Page
 from pinchoff.figures.phase_diagram import separated_outcomes
 from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
@@ -23,7 +23,7 @@ from pinchoff.support.numerals import numeral
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from pinchoff.figures.page import Picture
+    from pinchoff.figures.html_page import Picture
     from pinchoff.fits.law_study import LawStudy
     from pinchoff.support.interval import Estimate
 

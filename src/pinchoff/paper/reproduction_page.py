@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from pinchoff.figures.page import Page
+from pinchoff.figures.html_page import Page
 
 if TYPE_CHECKING:
     from pinchoff.paper.make import Reproduction
