@@ -30,7 +30,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def attacks(request: pytest.FixtureRequest) -> int:
     """How many random inputs an attack tries."""
-    return request.config.getoption("--attacks") or 150
+    return request.config.getoption("--attacks") or 60
 
 
 @pytest.fixture(scope="session", autouse=True)
