@@ -127,11 +127,14 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
     here = int(np.searchsorted(along, -1e-6))
     near = int(np.searchsorted(along, _REACH))
     edge = profiles[:, here + 1 : near + 1].mean(axis=1) - profiles[:, :here].mean(axis=1)
-    sign = 1.0 if np.median(edge) >= 0.0 else -1.0
     inside = (0.5 * (points + middle)).astype(np.float32)
-    core = cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)
-    rim = sign * (float(np.median(core)) - sign * (sign * profiles[:, : here + 2]).min(axis=1))
-    happens = np.maximum(sign * edge, rim)
+    core = float(np.median(cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)))
+    rim = profiles[:, : here + 2]
+    # Dark against what is about it, by a rim or all over; or bright.
+    dark = np.maximum(edge, core - rim.min(axis=1))
+    bright = np.maximum(-edge, rim.max(axis=1) - core)
+    sign = 1.0 if np.median(dark) >= np.median(bright) else -1.0
+    happens = dark if sign > 0.0 else bright
     least = max(_FAINT * float(np.median(happens)), LEAST_CONTRAST * noise)
     outside = sign * profiles[:, here:]
     undone = (np.maximum.accumulate(outside, axis=1) - outside).max(axis=1)
