@@ -43,12 +43,13 @@ Bools = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]
 
 _DENOISING = 1.0  # standard deviation of the filter, pixels
-_LEVELS = 9  # of darkness, from the noise to nearly the darkest
-_NEARLY = 0.8
+_LEVELS = 7  # of darkness, from the noise to nearly the darkest
+_FAINTEST, _NEARLY = 2.0, 0.8  # times the least contrast, and of the darkest
 _REACH = 0.25  # of the radius: how far rays go to both sides
 _LEAST_REACH = 3.0  # pixels
 _VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
+_SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
 _SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
 _CELLS = 0.4  # share of a spot that those within it fill, if it is no droplet itself
@@ -116,7 +117,7 @@ class SpotSegmenter:
         scene = Scene(noise, (), outside_view(images[0]), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
-        faintest = LEAST_CONTRAST * noise
+        faintest = _FAINTEST * LEAST_CONTRAST * noise
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
         first.scene = scene = scene._replace(levels=tuple(levels.tolist()))
         seen: list[Floats] = []
@@ -191,7 +192,12 @@ class SpotSegmenter:
             whole = without_bays(walk)
             if is_ground(whole, (dark.shape[1], dark.shape[0])):
                 continue
-            parts = [whole] if is_compact(whole) else self._parted(walk)
+            if is_compact(whole):
+                parts = [whole]
+            elif cv2.contourArea(walk) >= _SPARSE * cv2.contourArea(cv2.convexHull(walk)):
+                parts = self._parted(walk)
+            else:
+                continue  # a net of noise, or of walls
             for part in parts:
                 spot = self._measured(part, dark, level)
                 if spot is not None:
