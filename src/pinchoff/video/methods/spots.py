@@ -194,7 +194,9 @@ class SpotSegmenter:
                 continue
             if is_compact(whole):
                 parts = [whole]
-            elif cv2.contourArea(walk) >= _SPARSE * cv2.contourArea(cv2.convexHull(walk)):
+            elif cv2.contourArea(walk) >= max(
+                2.0 * self.minimum_area, _SPARSE * cv2.contourArea(cv2.convexHull(walk))
+            ):
                 parts = self._parted(walk)
             else:
                 continue  # a net of noise, or of walls
