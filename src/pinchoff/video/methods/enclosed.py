@@ -38,6 +38,7 @@ from pinchoff.video.regions import (
     smoothed,
     standing_rows,
     without_bays,
+    without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
 
@@ -50,6 +51,7 @@ _LEVELS = 7  # of darkness, one twice the other
 _INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
 _STEP = 0.5  # along rays, pixels
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
+_TOO_NARROW, _PALE_SHARE = 0.6, 0.25  # usual widths; of the border, at most
 _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
 _VIEW_SHARE, _VIEW_PX = 0.35, 2.5  # of the rim's width, pixels: no farther from the interior is
 # the dark edge of the view if it cuts a droplet
@@ -245,6 +247,7 @@ class EnclosedSegmenter:
             away[border.at_edge] = 0.0
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
+            outline = without_dents(outline)
             area = _core.area(outline)
             if area < self.minimum_area:
                 found.append(None)
@@ -319,6 +322,10 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     typical = float(np.quantile(known, 0.4)) if len(known) else 1.0
     plain = np.isfinite(widths) & (widths <= _TOO_WIDE * typical)
     filled = np.where(plain, widths, typical)
+    # Where it is pale for a short way it seems narrow.
+    narrow = filled < _TOO_NARROW * typical
+    if np.count_nonzero(narrow) <= _PALE_SHARE * len(widths):
+        filled[narrow] = typical
     # A speck on the rim makes a few rays end early or late.
     around = [np.roll(filled, k) for k in range(-_SPECK, _SPECK + 1)]
     usual: Floats = np.median(around, axis=0)
