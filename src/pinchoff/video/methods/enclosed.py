@@ -398,5 +398,5 @@ def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Regio
     left, top, wide, high = cv2.boundingRect(region.hole)
     mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)
     cv2.drawContours(mask, [region.hole], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
-    inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max())
+    inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 0.5  # to its edge
     return math.pi * inner**2 < _GAP_ROUNDNESS * cv2.countNonZero(mask)
