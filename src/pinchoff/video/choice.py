@@ -43,8 +43,8 @@ _BRIGHT_WINDOWS = (16, 8)  # the same for rims that are bright, which are rare
 _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
-_AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
-_AS_GOOD_AT_PILLARS = 0.5  # the same where there are pillars
+_AS_GOOD = 0.97  # of the best score: then the method that comes first is taken
+_RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 
 
@@ -213,10 +213,7 @@ def choose(
         return Choice(background, trial, [trial], contest.frames)
     names = [settings.method] if settings.method is not None else list(METHODS)
     trials = [contest.tried(name, list(METHODS[name](sample, settings))) for name in names]
-    # Only rings tell a droplet from the pillar that it touches: it is not in the background.
-    share = _AS_GOOD_AT_PILLARS if len(obstacles) else _AS_GOOD
-    least = share * contest.best if contest.best > 0.0 else -math.inf
-    chosen = next(each for each in trials if each.quality.score >= least)
+    chosen = _best(trials, contest.best, bool(len(obstacles)))
     segmenter = chosen.segmenter
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
@@ -225,6 +222,19 @@ def choose(
         chosen = _without_small(small)
         trials = [chosen if each is small else each for each in trials]
     return Choice(background, chosen, trials, contest.frames)
+
+
+def _best(trials: Sequence[Trial], best: float, pillars: bool) -> Trial:
+    """Return the first of the trials that is as good as the best."""
+    for trial in trials:
+        share = _AS_GOOD
+        if trial.method == "rings":
+            # They measure finest, and only they tell a droplet from the pillar that it touches,
+            # which is not in what they see.
+            share = _RINGS_AT_PILLARS if pillars else _RINGS
+        if trial.quality.score >= share * best > 0.0:
+            return trial
+    return max(trials, key=lambda each: each.quality.score)
 
 
 def _without_small(trial: Trial) -> Trial:
