@@ -161,13 +161,15 @@ def units() -> dict[str, str]:
     return {column.name: column.unit for column in COLUMNS}
 
 
-def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
+def table(parts: Sequence[Mapping[str, NDArray[Any]]], more: Sequence[Column] = ()) -> pd.DataFrame:
     """Join columns, given in parts, to a table with the units in ``attrs["units"]``.
 
     Parameters
     ----------
     parts : sequence of mapping of str to ndarray, shape (rows of the part,)
-        Every part holds every column of `COLUMNS`.
+        Every part holds every column of `COLUMNS` and of `more`.
+    more : sequence of Column, optional
+        Further columns, which stand behind these.
 
     Returns
     -------
@@ -176,9 +178,9 @@ def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
     """
     joined = {
         column.name: np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)
-        for column in COLUMNS
+        for column in (*COLUMNS, *more)
     }
-    return _frame(joined, COLUMNS)
+    return _frame(joined, (*COLUMNS, *more))
 
 
 def measured_table(

@@ -13,6 +13,7 @@ import numpy as np
 
 from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.collisions.law import (
+    ARGUMENTS,
     PAPER_EXPERIMENT_LINE,
     Line,
     LineLike,
@@ -132,12 +133,7 @@ def virtual_experiment(
     noise = generator.normal(0.0, symmetry_noise, n) if symmetry_noise else np.zeros(n)
     columns["symmetry"] = _reflected(columns["true_symmetry"] + noise)
     columns["source"] = np.full(n, f"{SYNTHETIC}, by {outcomes}", dtype=object)
-    columns["breakup_number"] = breakup_number(
-        columns["capillary_number"],
-        columns["normalized_area"],
-        columns["symmetry"],
-        columns["normalized_thickness"],
-    )
+    columns["breakup_number"] = breakup_number(**{name: columns[name] for name in ARGUMENTS})
     return measured_table(columns, [TRUE_SYMMETRY])
 
 
@@ -170,9 +166,9 @@ def _by_law(
     symmetry = symmetry_of_impact(impact)
     bk = breakup_number(
         drawn["capillary_number"],
-        drawn["normalized_area"],
-        symmetry,
-        drawn["normalized_thickness"],
+        normalized_area=drawn["normalized_area"],
+        symmetry=symmetry,
+        normalized_thickness=drawn["normalized_thickness"],
         line=line,
     )
     probability = breakup_probability(bk, width) if width else bk > 1.0
