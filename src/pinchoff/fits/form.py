@@ -70,8 +70,8 @@ EXPONENTS = {
     ),
 }
 """The exponents by the quantity that they belong to. All are 1 in the paper's law; the radius has
-the one that the others leave it, and what is free is by how much it differs from that. μ, γ, v and R
-are relative to the paper's standard experiment."""
+the one that the others leave it, and what is free is by how much it differs from that. μ, γ, v and
+R are relative to the paper's standard experiment."""
 
 SYMBOLS = {
     "alpha": "α",

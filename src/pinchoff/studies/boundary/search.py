@@ -118,7 +118,8 @@ class Boundary:
         if speed not in ("flow", "contact"):
             raise InputError.of("speed", "'flow' or 'contact'", speed, "choose one of them")
         rows = self.found
-        own = rows["ca_speed"] == "contact"  # Ca is made with that speed already
+        # whether Ca is made with that speed already
+        own = rows.get("ca_speed", rows["contact_speed"]).eq("contact")
         factor = rows["contact_speed"].where(~own, 1.0) if speed == "contact" else 1.0
         if speed == "flow":
             factor = (1.0 / rows["contact_speed"]).where(own, 1.0)
