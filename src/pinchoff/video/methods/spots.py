@@ -156,10 +156,10 @@ class SpotSegmenter:
             away = np.where(meets | border.at_edge, 0.0, usual)
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
-            outline = without_dents(outline)
-            area = _core.area(outline)
             cut = bool(border.at_edge.any())
             cut = cut or leaves_view(self.scene.view, outline, border.normals, _VIEW_PX)
+            outline = without_dents(outline)
+            area = _core.area(outline)
             middle_x, middle_y = _core.centroid(outline)
             droplet = Droplet(outline, area, middle_x, middle_y, cut, -1)
             found.append(droplet if area >= self.minimum_area else None)
