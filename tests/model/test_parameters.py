@@ -20,6 +20,7 @@ from pinchoff.model.batch import varied_columns
 from pinchoff.model.entry import documented, entries_of, parameter
 from pinchoff.model.parameters import (
     CA_PER_CA_SIM,
+    CORE_CONSTANTS,
     PARAMETERS,
     core_numbers,
     preset_description,
@@ -493,7 +494,7 @@ def test_unreadable_file_is_refused(refused, tmp_path):
 def test_every_parameter_is_an_entry_with_a_place_in_the_core_s_row():
     assert {*PARAMETERS, "scale"} == {*po.Parameters.model_fields}
     places = {entry.place for entry in PARAMETERS.values() if entry.in_core}
-    assert places | {"sample_interval", "evening_rate"} == {*_core.MODEL_FIELDS}
+    assert places | {*CORE_CONSTANTS} == {*_core.MODEL_FIELDS}
     for name, entry in PARAMETERS.items():
         assert f"    {name} : {entry.kind}\n" in po.Parameters.__doc__
         assert entry.advice in refused_by_name(name)

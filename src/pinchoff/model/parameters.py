@@ -600,6 +600,9 @@ DEFAULTS: dict[str, Any] = {
 }
 """The default of every parameter that does not follow from another."""
 
+CORE_CONSTANTS = {"sample_interval": SAMPLE_INTERVAL, "evening_rate": EVENING_RATE}
+"""Numbers of the core's row that are no parameters."""
+
 Parameters.__doc__ = documented(Parameters.__doc__, PARAMETERS)
 
 
@@ -608,10 +611,7 @@ def core_numbers() -> tuple[CoreNumber, ...]:
     """Return what fills each place of the core's row."""
     from pinchoff import _core
 
-    numbers: dict[str, CoreNumber] = {
-        "sample_interval": lambda _: SAMPLE_INTERVAL,
-        "evening_rate": lambda _: EVENING_RATE,
-    }
+    numbers = {name: _always(value) for name, value in CORE_CONSTANTS.items()}
     numbers |= {entry.place: entry.core_value for entry in PARAMETERS.values() if entry.in_core}
     if unmatched := numbers.keys() ^ {*_core.MODEL_FIELDS}:
         raise RuntimeError(
@@ -619,3 +619,7 @@ def core_numbers() -> tuple[CoreNumber, ...]:
             f"numbers; got {', '.join(sorted(unmatched))} in one of them alone; correct the other"
         )
     return tuple(numbers[name] for name in _core.MODEL_FIELDS)
+
+
+def _always(value: float) -> CoreNumber:
+    return lambda _: value

@@ -19,6 +19,7 @@ from pinchoff.video.background import Background, Sample, median_background
 from pinchoff.video.droplets import Droplet, Segmenter
 from pinchoff.video.levels import calibrate
 from pinchoff.video.methods.enclosed import EnclosedSegmenter
+from pinchoff.video.methods.function import FunctionSegmenter, SegmentFunction, function_name
 from pinchoff.video.methods.packed import RimSegmenter
 from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
@@ -107,6 +108,9 @@ class Choice(NamedTuple):
         return {**self.trial.variant, "noise_grey_levels": self.background.noise}
 
 
+OWN = "own"
+"""Name of a user's own segmentation."""
+
 _Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
 
 
@@ -182,7 +186,9 @@ METHODS: dict[str, Callable[[Sample, VideoSettings], Iterator[_Variant]]] = {
 first is taken."""
 
 
-def choose(sample: Sample, settings: VideoSettings) -> Choice:
+def choose(
+    sample: Sample, settings: VideoSettings, segment: SegmentFunction | None = None
+) -> Choice:
     """Try the methods on a sample of a clip and return the best.
 
     Parameters
@@ -190,11 +196,18 @@ def choose(sample: Sample, settings: VideoSettings) -> Choice:
     sample : Sample
     settings : VideoSettings
         Where they name a method, it alone is tried.
+    segment : callable, optional
+        A user's own, which is used in place of all methods.
     """
     frames = _spread(sample.frames, _TRIED)
     names = [settings.method] if settings.method is not None else list(METHODS)
     background = median_background(sample.frames)
     obstacles = obstacles_of(background, settings)
+    if segment is not None:
+        own = FunctionSegmenter(segment, settings.minimum_area_px)
+        variant = (partial(_same, own), {"function": function_name(segment)})
+        trial = _persisting(_trial(OWN, variant, frames, frames, obstacles), sample)
+        return Choice(background, trial, [trial], frames)
     trials = [_tried(name, sample, frames, settings, obstacles) for name in names]
     best = max(each.quality.score for each in trials)
     # Only rings tell a droplet from the pillar that it touches: it is not in the background.
@@ -205,20 +218,24 @@ def choose(sample: Sample, settings: VideoSettings) -> Choice:
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
     elif settings.minimum_diameter_um is None:
-        _without_small(chosen)
+        small = chosen
+        chosen = _without_small(small)
+        trials = [chosen if each is small else each for each in trials]
     return Choice(background, chosen, trials, frames)
 
 
-def _without_small(trial: Trial) -> None:
+def _without_small(trial: Trial) -> Trial:
     """Let a method leave out what is much smaller than its droplets usually are."""
     areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
     segmenter = trial.segmenter
-    if len(areas) and isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
-        # Half of what droplets cover is in larger ones.
-        usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
-        least = max(segmenter.minimum_area, _SMALL**2 * usual)
-        segmenter.minimum_area = least
-        trial.variant["minimum_area_px"] = least
+    if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+        return trial
+    # Half of what droplets cover is in larger ones.
+    usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
+    least = max(segmenter.minimum_area, _SMALL**2 * usual)
+    segmenter.minimum_area = least
+    kept = [[each for each in here if each.area >= least] for here in trial.found]
+    return trial._replace(variant={**trial.variant, "minimum_area_px": least}, found=kept)
 
 
 def _tried(
