@@ -22,6 +22,17 @@ TRUTH = Line(0.083, -0.74)
 WIDTH = 0.098
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the attacks be as many as one has time for."""
+    parser.addoption("--attacks", type=int, help="random inputs that each attack tries")
+
+
+@pytest.fixture
+def attacks(request: pytest.FixtureRequest) -> int:
+    """How many random inputs an attack tries."""
+    return request.config.getoption("--attacks") or 60
+
+
 @pytest.fixture(scope="session", autouse=True)
 def ctrl_c() -> None:
     """Ctrl-C interrupts tests and the programs that they start, however the tests were started.

@@ -209,8 +209,12 @@ private:
         for_each(droplets_.size(), [&](int, std::size_t i) {
             Droplet& d = droplets_[i];
             world_.kernels.survey(d.ring, d.seen.survey);
-            boxes_[i] = grown(d.seen.survey.box, 0.5 * d.ring.rest_length);
-            ways_[i] = (kWayFactor * d.seen.survey.speed + kWaySpeed) * window();
+            const Survey& seen = d.seen.survey;
+            // One that has blown up is refused at once, alone; its box would mean nothing.
+            const bool sound = seen.reach < limit_of(Guard::blow_up) * std::sqrt(d.ring.padded) &&
+                               std::isfinite(seen.speed);
+            boxes_[i] = sound ? grown(seen.box, 0.5 * d.ring.rest_length) : Box{0, 0, 0, 0};
+            ways_[i] = sound ? (kWayFactor * seen.speed + kWaySpeed) * window() : 0.0;
             d.travelled = 0;
             d.sought = false;  // so that what is known of neighbours is no part of the state
             d.place = static_cast<int>(i);

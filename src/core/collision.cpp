@@ -49,6 +49,20 @@ static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid 
     return object;
 }
 
+static FlowObject brinkman_flow(double radius, double x, double y, Grid cells) {
+    if (cells.shape(0) < 1 || cells.shape(1) != 8)
+        throw nb::value_error(
+            "cells must have the shape (n, 8); got another; give two cubics for each cell");
+    FlowObject object;
+    Flow& f = object.flow;
+    f = stokes_flow({x, y, radius});
+    f.kind = FlowKind::brinkman;
+    f.nx = static_cast<int>(cells.shape(0));
+    object.nodes.assign(cells.data(), cells.data() + 8 * cells.shape(0));
+    f.nodes = object.nodes.data();  // stays valid when the object is moved
+    return object;
+}
+
 static Matrix flow_at(const FlowObject& self, Points points) {
     const std::vector<Vec2> r = points_of(points);
     std::vector<double> x, y, u(r.size()), v(r.size());
@@ -391,6 +405,8 @@ void bind_collision(nb::module_& m) {
             return FlowObject{stokes_flow({x, y, radius}), {}};
         },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
+    m.def("BrinkmanFlow", &brinkman_flow, "radius"_a, "x"_a, "y"_a, "cells"_a,
+          "Brinkman's flow past a cylinder at (x, y), its parts as cubics in R/r: cells (n, 8).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
           "periodic_x"_a = false, "periodic_y"_a = false,

@@ -15,15 +15,6 @@ MODULES = sorted(
 PUBLIC = ("pinchoff", "pinchoff.chamber", "pinchoff.model.flow", "pinchoff.video.microscope")
 
 
-FUNCTIONS = [name for name in pinchoff.__all__ if inspect.isfunction(getattr(pinchoff, name))]
-
-
-@pytest.mark.parametrize("name", FUNCTIONS)
-def test_every_public_function_shows_its_use(name):
-    documentation = inspect.getdoc(getattr(pinchoff, name))
-    assert "Examples\n--------\n>>> " in documentation
-
-
 @pytest.mark.parametrize("name", ["pinchoff", *MODULES])
 def test_examples(name, tmp_path, monkeypatch):
     if name == "pinchoff._core":

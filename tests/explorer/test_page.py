@@ -344,6 +344,7 @@ def test_nothing_is_cut_off(opened: Open, width: int, scheme: str) -> None:
     page.settled()
     page.page.click("#tour-open")
     page.settled()
+    page.page.evaluate("document.querySelectorAll('details').forEach(d => { d.open = true; })")
     assert page.value("document.documentElement.scrollWidth <= innerWidth")
     dark = page.value("getComputedStyle(document.body).backgroundColor")
     assert (sum(map(int, dark[4:-1].split(","))) < 200) == (scheme == "dark")

@@ -176,7 +176,7 @@ def test_an_exponent_that_follows_from_others_is_refused(refused):
     everything = ("area", "thickness", "viscosity", "surface_tension", "speed")
     error = refused("table", po.fit_law, table, free=everything)
     assert "independently of each other" in error.rule
-    refused("free", po.fit_law, table, free="radius")
+    refused("free", po.fit_law, table, free="symmetry")
 
 
 def test_break_up_that_gets_rarer_with_symmetry_is_no_such_law(many, refused):

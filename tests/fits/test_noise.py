@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
+import pandas as pd
 import pytest
 
 import pinchoff as po
@@ -77,3 +80,24 @@ def test_noise_that_hides_the_width_leaves_it_without_a_lower_end(collisions):
     fit = po.fit_law(collisions(400, 3, width=0.01), symmetry_noise=0.05)
     assert fit.w.low < 1e-6
     assert 0.01 < fit.w.high < 0.1
+
+
+def test_three_collisions_do_not_decide_a_law_with_noise(refused):
+    """Their likelihood has no maximum that a profile could follow: refused, in a sentence."""
+    three = pd.DataFrame(
+        {
+            "capillary_number": [
+                0.0010311269738800088,
+                0.007371640991975628,
+                0.0029144599856249383,
+            ],
+            "normalized_area": [36.22705412222036, 14.931208482374867, 25.330377996748492],
+            "normalized_thickness": 1.0,
+            "symmetry": [0.07060321739476261, 0.7341666920593226, 0.01608877945694176],
+            "broke": [False, True, False],
+        }
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        error = refused("table", po.fit_law, three, symmetry_noise=0.088)
+    assert error.got == "a likelihood without a clear maximum"

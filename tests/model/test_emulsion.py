@@ -500,3 +500,31 @@ def test_no_deep_overlap_in_a_million_droplet_steps(kind):
     run = crowd(60.0, model=kind, interval=20.0)
     assert run.balance["retired"] == 0
     assert run.balance["steps"] * 25 > 1e6
+
+
+def test_a_droplet_that_blows_up_is_retired_alone():
+    """An area far too stiff for the step: no hang and no crash, but a reason for each."""
+    row = FEW.model_row()
+    row[_core.MODEL_FIELDS.index("area_stiffness")] *= 1e6
+    run = _core.Emulsion(
+        row,
+        po.flow.uniform(),
+        np.zeros((0, 3)),
+        np.array(lattice(3, 3, 1.4)) * [1, 1, 0] + [0, 0, 1],
+        np.array([0, 4.4, 0, 4.4]),
+        True,
+        True,
+        0.05,
+        0.0,
+        np.zeros(4),
+        np.zeros(0),
+        math.inf,
+        0,
+        1,
+    )
+    run.advance(20)
+    assert run.failed
+    events = np.asarray(run.take_events())
+    kinds = {_core.EVENT_KINDS[int(k)] for k in events[:, 0]}
+    assert "retired" in kinds
+    assert len(np.asarray(run.sizes())) < 9

@@ -20,6 +20,7 @@ from pinchoff.model.batch import varied_columns
 from pinchoff.model.entry import documented, entries_of, parameter
 from pinchoff.model.parameters import (
     CA_PER_CA_SIM,
+    CORE_CONSTANTS,
     PARAMETERS,
     core_numbers,
     preset_description,
@@ -492,9 +493,8 @@ def test_unreadable_file_is_refused(refused, tmp_path):
 
 def test_every_parameter_is_an_entry_with_a_place_in_the_core_s_row():
     assert {*PARAMETERS, "scale"} == {*po.Parameters.model_fields}
-    assert {entry.place for entry in PARAMETERS.values()} | {"sample_interval", "evening_rate"} == {
-        *_core.MODEL_FIELDS
-    }
+    places = {entry.place for entry in PARAMETERS.values() if entry.in_core}
+    assert places | {*CORE_CONSTANTS} == {*_core.MODEL_FIELDS}
     for name, entry in PARAMETERS.items():
         assert f"    {name} : {entry.kind}\n" in po.Parameters.__doc__
         assert entry.advice in refused_by_name(name)
@@ -598,3 +598,25 @@ def test_any_values_are_refused_in_one_form_or_kept_as_they_are(values):
     row = p.model_row()
     assert np.isfinite(row).all()
     assert row[_core.MODEL_FIELDS.index("obstacle_radius")] == 1 / p.size_ratio
+
+
+def test_the_defaults_are_these():
+    assert po.Parameters().model_dump() == {
+        "model": "deformable-particle",
+        "size_ratio": 5.66,
+        "simulation_capillary_number": 25.0,
+        "offset": 0.05,
+        "vertex_count": 64,
+        "line_tension": 80.0,
+        "edge_stiffness": 3.0,
+        "area_stiffness": 400000.0,
+        "wall_stiffness": 100.0,
+        "start_distance": 5.0,
+        "time_step": "auto",
+        "time_limit": 30.0,
+        "neck_thickness": 0.167,
+        "neck_separation": 0.28,
+        "neck_separation_unit": "perimeter",
+        "follow_daughters": True,
+        "scale": None,
+    }

@@ -14,9 +14,10 @@ from pinchoff.cli import main
 from pinchoff.paper import make
 from pinchoff.paper.catalogue import FIGURES
 from pinchoff.paper.make import ITEMS
-from pinchoff.paper.numbers import Number, data_name, numbers
+from pinchoff.paper.numbers import data_name, numbers
 from pinchoff.paper.reproduction_page import reproduction_page
 from pinchoff.paper.study import Study, droplet, offset_of_symmetry, paper_breakup_number
+from pinchoff.paper.verdicts import KINDS, Number, estimated, plain
 
 CHEAP = ["2", "3"]
 
@@ -99,8 +100,12 @@ def test_numbers_that_the_paper_and_arithmetic_give(found):
 
 
 def test_numbers_of_engine_and_law(found):
-    for name in ("prefactor α, simulations", "exponent β, simulations", "exponent ε1 of A"):
-        assert found[name].verdict == "agrees"
+    for name, verdict in (
+        ("prefactor α, simulations", "agrees"),
+        ("exponent β, simulations", "agrees"),
+        ("exponent ε1 of A", "recovered"),
+    ):
+        assert found[name].verdict == verdict
         assert found[name].low < found[name].value < found[name].high
     assert found["simulated A1/A2 below S/(2 − S)"].value == 1
     assert found["collapse of S_c with μ̃/γ̃"].value < 0.02
@@ -110,20 +115,31 @@ def test_numbers_of_engine_and_law(found):
 def test_what_rests_on_synthetic_data_says_so(found):
     for name in ("prefactor α, experiments", "exponent ε2 of R", "orders of magnitude of Bk"):
         assert "synthetic data" in found[name].how
-    assert found["uncertainty of S"].verdict == "needs the authors' data"
+        assert found[name].kind == "recovered"
+    assert found["uncertainty of S"].kind == "needs the authors' data"
     assert found["uncertainty of S"].ours == ""
 
 
 def test_a_wrong_number_would_differ():
     """The verdict depends on the numbers: an interval that misses the paper's value differs."""
-    from pinchoff.paper.numbers import _estimated, _plain
     from pinchoff.support.interval import Estimate
 
-    near = _estimated("n", "p", "1", (1.0, 0.05), Estimate(1.2, 1.05, 1.3), "h")
-    far = _estimated("n", "p", "1", (1.0, 0.05), Estimate(1.2, 1.15, 1.3), "h")
+    known = ("n", "p", "1", (1.0, 0.05))
+    near = estimated(*known, Estimate(1.2, 1.05, 1.3), "h", "simulated")
+    far = estimated(*known, Estimate(1.2, 1.15, 1.3), "h", "simulated")
     assert (near.verdict, far.verdict) == ("agrees", "differs")
-    assert _plain("n", "p", "28", 28.0, 28.9, "h", factor=1.05).verdict == "agrees"
-    assert _plain("n", "p", "28", 28.0, -28.9, "h", factor=1.05).verdict == "differs"
+    far = estimated(*known, Estimate(1.2, 1.15, 1.3), "h", "recovered")
+    assert far.verdict == "not recovered"
+    assert plain("n", "p", "28", 28.0, 28.9, "h", factor=1.05).verdict == "follows"
+    assert plain("n", "p", "28", 28.0, -28.9, "h", factor=1.05).verdict == "does not follow"
+
+
+def test_only_what_was_simulated_agrees_or_differs(found):
+    for number in found.values():
+        assert number.kind in KINDS
+        assert (number.verdict in ("agrees", "differs")) == (number.kind == "simulated")
+        assert ("synthetic data" in number.how) == (number.kind == "recovered")
+    assert not any("engine" in n.how for n in found.values() if n.kind == "arithmetic")
 
 
 def test_a_start_that_gives_a_symmetry():
@@ -148,12 +164,17 @@ def test_real_collisions_take_the_place_of_synthetic_ones(tmp_path, capsys):
 
 def test_the_page_has_everything_inside(tmp_path):
     made = po.reproduce(tmp_path, only=CHEAP, quick=True)
-    number = Number("a number", "sec. 1", "1", "2", "", "by hand", "differs", 2.0)
-    object.__setattr__(made, "numbers", [number])
+    known = ("a number", "sec. 1", "1", "2", "", "by hand")
+    numbers = [
+        Number(*known, "simulated", "differs", 2.0),
+        Number(*known, "recovered", "recovered"),
+    ]
+    object.__setattr__(made, "numbers", numbers)
     page = reproduction_page(made).html()
     assert page.count("data:image/png;base64,") == 2
     assert "There are no real collisions" in page
-    assert "Of 1 numbers 1 differ" in page
+    assert "1 simulated: 1 differs. 1 recovered: 1 recovered." in page
+    assert "is no evidence" in page
     assert not re.search(r'(?:src|href)="(?!data:|#)', page)
 
 

@@ -17,6 +17,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.collisions import schema as collisions
+from pinchoff.collisions.checksums import CHECKSUMS
 from pinchoff.studies.sweep import SweepDesign, dataset, execution
 from pinchoff.studies.sweep.dataset import MANIFEST
 from pinchoff.studies.sweep.sampling import unit_points
@@ -298,7 +299,7 @@ def test_killed_sweep_goes_on_and_gives_the_same_rows(tmp_path):
     assert result.computed == 480 - len(killed)
     after = {path.name: path.stat().st_mtime_ns for path in parts(out)}
     assert {name: after[name] for name in before} == before
-    assert sorted(path.name for path in out.iterdir()) == sorted([MANIFEST, *after])
+    assert sorted(path.name for path in out.iterdir()) == sorted([MANIFEST, CHECKSUMS, *after])
     po.sweep(SLOW, tmp_path / "whole")
     assert contents(out) == contents(tmp_path / "whole")
     ids = po.read_collisions(out)["collision_id"]
@@ -326,7 +327,23 @@ def test_damaged_part_is_computed_again(done, tmp_path):
     parts(tmp_path)[2].write_bytes(b"")
     parts(tmp_path)[3].write_bytes(parts(tmp_path)[3].read_bytes()[:1000])
     parts(tmp_path)[5].unlink()
-    assert po.sweep(SAMPLE, tmp_path).computed == 48
+    with pytest.warns(UserWarning, match=r"part-00000[23]\.parquet is damaged: it is set aside"):
+        assert po.sweep(SAMPLE, tmp_path).computed == 48
+    assert contents(tmp_path) == contents(done)
+    assert (tmp_path / "_damaged-part-000003.parquet").stat().st_size == 1000
+    assert len(po.read_collisions(tmp_path)) == 300
+
+
+def test_no_flipped_bit_is_read_back_as_other_numbers(done, tmp_path, refused):
+    po.sweep(SAMPLE, tmp_path)
+    draw = np.random.default_rng(2)
+    for path in draw.choice(parts(tmp_path), 60):
+        whole = path.read_bytes()
+        damaged = bytearray(whole)
+        damaged[draw.integers(len(whole))] ^= 1 << draw.integers(8)
+        path.write_bytes(damaged)
+        refused(str(path), po.read_collisions, tmp_path)
+        path.write_bytes(whole)
     assert contents(tmp_path) == contents(done)
 
 
@@ -377,7 +394,7 @@ def test_other_version_and_other_drawing_are_refused(refused, tmp_path):
     ):
         (tmp_path / MANIFEST).write_text(json.dumps({**manifest, key: value}), encoding="utf-8")
         assert advice in refused("out", po.sweep, config, tmp_path).advice
-    for damaged in ("", "[1]", '{"format": 99}'):
+    for damaged in ("", "[1]", '{"format": 99}', '{"format": 1}', '{"format": 1, "count": "2"}'):
         (tmp_path / MANIFEST).write_text(damaged, encoding="utf-8")
         refused(str(tmp_path / MANIFEST), po.sweep, config, tmp_path)
 

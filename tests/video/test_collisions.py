@@ -87,7 +87,8 @@ def test_what_is_unknown_is_not_a_number(disc, sliding, microscope, tmp_path):
         60,
         microscope=microscope,
     )
-    result = measure_clip(made.clip, VideoSettings(pixel_size_um=5.0))
+    settings = VideoSettings(pixel_size_um=5.0, find_obstacles=True)
+    result = measure_clip(made.clip, settings)
     (encounter,) = result.encounters
     row = encounter.row(Laboratory())
     for name in ("capillary_number", "normalized_thickness", "breakup_number", "viscosity_mPa_s"):

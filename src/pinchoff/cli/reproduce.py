@@ -124,11 +124,11 @@ def _bar() -> Iterator[Callable[[str, int, int], object] | None]:
 def _print(made: Reproduction) -> None:
     from pinchoff.paper.reproduction_page import verdicts
 
-    if made.numbers:
-        print(verdicts(made))
+    for line in verdicts(made):
+        print(line)
     for number in made.numbers:
-        if number.verdict == "differs":
-            print(f"differs: {number.name}: paper {number.paper}, ours {number.ours}")
+        if number.verdict in ("differs", "not recovered", "does not follow"):
+            print(f"{number.verdict}: {number.name}: paper {number.paper}, ours {number.ours}")
     for name, reason in made.left_out.items():
         print(f"warning: figure {name} is left out: {reason}", file=sys.stderr)
     print(f"{len(made.figures)} figures; {made.seconds:.0f} s")

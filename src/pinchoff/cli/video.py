@@ -95,11 +95,34 @@ def video(
         str | None,
         _quantity("--contact-distance", "Distance that counts as contact", "16 um", _IMAGE),
     ] = None,
+    method: Annotated[
+        str | None,
+        typer.Option(
+            metavar="NAME",
+            help="How droplets are told: rings, enclosed, spots or packed. The clip decides.",
+            rich_help_panel=_IMAGE,
+        ),
+    ] = None,
+    find_obstacles: Annotated[
+        bool,
+        typer.Option(
+            "--find-obstacles",
+            help="Look for pillars of any radius; with --obstacle-radius they are looked for.",
+            rich_help_panel=_IMAGE,
+        ),
+    ] = False,
+    preview: Annotated[
+        bool,
+        typer.Option(
+            "--preview",
+            help="Only draw what each method finds in a few frames, and measure nothing.",
+        ),
+    ] = False,
     packed: Annotated[
         bool,
         typer.Option(
             "--packed",
-            help="Droplets fill the view: tell them by their dark rims alone.",
+            help="The same as --method packed: droplets fill the view.",
             rich_help_panel=_IMAGE,
         ),
     ] = False,
@@ -132,6 +155,9 @@ def video(
     - index.html, contact_sheet.png: counts, histograms, every collision before and after
     - clips/NAME/: outlines.gsd, overlay.mp4, obstacles.toml and the tables of each clip
 
+    Look first: with --preview only preview-NAME.png is written, what each method finds. Pillars
+    are looked for with --obstacle-radius or --find-obstacles.
+
     A second run measures only what is new or set otherwise. Correct the circles in a clip's
     obstacles.toml and give the same command again.
 
@@ -151,9 +177,18 @@ def video(
         "minimum_diameter": minimum_diameter,
         "contact_distance": contact_distance,
     }
-    assigned = [*(assignments or []), *(["packed=true"] if packed else [])]
+    assigned = [
+        *(assignments or []),
+        *(["method=packed"] if packed else []),
+        *([f"method={method}"] if method is not None else []),
+        *(["find_obstacles=true"] if find_obstacles else []),
+    ]
     settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
+    if preview:
+        prepare_folder(folder)
+        _preview(clips, folder, settings)
+        return
     from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import clip_sources, measure_videos
 
@@ -214,6 +249,19 @@ def video_settings(
     table |= {k: v for k, v in (("frames", frames), ("channel", channel)) if v is not None}
     table |= read_values("--set", assignments, "edge_level=0.5")
     return VideoSettings(**table, laboratory=given)
+
+
+def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
+    """Draw what each method finds in each clip, and print the scores."""
+    from pinchoff.video.batch import clip_sources
+    from pinchoff.video.preview import write_preview
+
+    for name, source in clip_sources(clips).items():
+        path = folder / f"preview-{name}.png"
+        choice = write_preview(source, path, settings)
+        scores = ", ".join(f"{method} {score:.2f}" for method, score in choice.scores().items())
+        print(f"{name}: {choice.method} is used ({scores}); --method NAME takes another")
+        print(f"wrote {path}")
 
 
 def _describe(sources: Mapping[str, Path], settings: VideoSettings) -> None:

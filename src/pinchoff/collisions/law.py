@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -139,6 +140,27 @@ def breakup_number(
     relative_symmetry = np.asarray(symmetry, dtype=np.float64) / known.alpha
     number = forcing * relative_symmetry ** (-1.0 / known.beta)
     return as_given(np.asarray(number, dtype=np.float64))
+
+
+def breakup_number_of(
+    columns: Mapping[str, ArrayLike], *, line: LineLike = PAPER_SIMULATION_LINE
+) -> Any:
+    """Return Bk of collisions from their columns, those of `ARGUMENTS`.
+
+    Examples
+    --------
+    >>> row = dict(zip(ARGUMENTS, (2.4e-3, 25, 0.8, 1.0), strict=True))
+    >>> round(breakup_number_of(row, line="paper-rounded"), 3)
+    1.248
+    """
+    capillary, area, symmetry, thickness = (columns[name] for name in ARGUMENTS)
+    return breakup_number(
+        capillary,
+        normalized_area=area,
+        symmetry=symmetry,
+        normalized_thickness=thickness,
+        line=line,
+    )
 
 
 def as_line(line: LineLike) -> Line:

@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.dataset as pads
 import pyarrow.parquet as pq
 
+from pinchoff.collisions.checksums import require_whole
 from pinchoff.collisions.schema import COLUMNS, SHARED_COLUMNS, Column, pandas_type
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
@@ -156,6 +157,8 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
     """
     place = Path(path)
     advice = "give the folder of a sweep, or a Parquet file of collisions"
+    if place.is_dir():
+        require_whole(place, sorted(place.glob("part-*.parquet")))
     try:
         dataset = pads.dataset(place, format="parquet")
     except (OSError, pa.ArrowException) as error:

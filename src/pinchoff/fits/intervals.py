@@ -149,7 +149,12 @@ def _distance(
         # In proportion, or by doubling where it is flat since the likelihood has no maximum.
         grown = 1.05 * outside * min(reach / max(height + reach, 0.5 * reach), 2.0)
         inside, outside = outside, min(grown, farthest)
-    return float(brentq(above, inside, outside, xtol=_PRECISION * abs(step), rtol=_PRECISION))
+    try:
+        return float(brentq(above, inside, outside, xtol=_PRECISION * abs(step), rtol=_PRECISION))
+    except ValueError:  # no change of sign: the likelihood has no maximum that can be followed
+        rule = "collisions that decide the law's constants"
+        advice = "add others, or use no symmetry_noise"
+        raise InputError.of("table", rule, "a likelihood without a clear maximum", advice) from None
 
 
 def upper_bound_of_width(

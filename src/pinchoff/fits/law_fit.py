@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
-from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number, breakup_probability
+from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number_of, breakup_probability
 from pinchoff.collisions.reasons import NO_SYMMETRY
 from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, MEANINGS, Form, free_names
 from pinchoff.fits.intervals import (
@@ -155,14 +155,13 @@ class LawFit(Drawable):
 
     def breakup_number(self, table: pd.DataFrame) -> NDArray[np.float64]:
         """Return Bk of collisions, shape (n,), with the exponents that were fitted."""
-        bk: NDArray[np.float64] = breakup_number(
-            line=self.line,
-            **{name: table[name].to_numpy(dtype=np.float64) for name in ARGUMENTS},
+        bk: NDArray[np.float64] = breakup_number_of(
+            {name: table[name].to_numpy(dtype=np.float64) for name in ARGUMENTS}, line=self.line
         )
         for name in self.free:
             exponent = EXPONENTS[name]
             relative = table[exponent.column].to_numpy(dtype=np.float64) / exponent.reference
-            power = self.estimates[exponent.key].value - 1.0
+            power = self.estimates[exponent.key].value - exponent.held
             bk = bk * relative ** (exponent.sign * power)
         return bk
 
@@ -230,7 +229,7 @@ class LawFit(Drawable):
         -------
         Axes or list of Axes
         """
-        return super().plot(axes, kind=kind)
+        return self._drawn(axes, kind=kind)
 
     def delta(self) -> dict[str, Estimate]:
         """Return intervals by the delta method.
@@ -350,7 +349,9 @@ def fit_law(
         `pinchoff.import_collisions` unless that returned them.
     free : str or sequence of str, optional
         Quantities whose exponents are fitted instead of 1: "area", "thickness" (the radius's
-        follows from 2ε1 + ε2 + ε3 = 0), "viscosity", "surface_tension", "speed".
+        follows from 2ε1 + ε2 + ε3 = 0), "viscosity", "surface_tension", "speed". "radius" drops
+        that condition, and frees area and thickness too; a thickness that the rows cannot tell
+        from the radius keeps the exponent 1. It shows whether a hidden length is at work.
     symmetry_noise : float, optional
         Standard error of S, such as the paper's 0.088, for which the fit then accounts; 0: none.
     confidence : float, optional
@@ -381,8 +382,8 @@ def fit_law(
     confidence = checked_confidence(confidence)
     advice = "use 0.088, or 0 for none"
     symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
-    form = Form(free_names(free))
     imported = checked_collisions(table)
+    form = Form(_freed(imported.table, free_names(free)))
     rows = rows_of(imported.table, form)
     found = _found_noisy(rows, form, symmetry_noise) if symmetry_noise else _found_plain(rows, form)
     fit = LawFit(
@@ -403,6 +404,18 @@ def fit_law(
     _warn_of_few(fit)
     _warn_of_left_out(fit)
     return fit
+
+
+def _freed(table: pd.DataFrame, free: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what is free: with the radius area and, where the rows decide it, thickness."""
+    if "radius" not in free:
+        return free
+    everything = free_names((*free, "area", "thickness"))
+    try:
+        rows_of(table, Form(everything))
+    except InputError:
+        return free_names((*free, "area"))
+    return everything
 
 
 def _found_plain(rows: Rows, form: Form) -> _Found:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from pinchoff import _core
-from pinchoff.collisions.law import ARGUMENTS, breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.support.drawing import Drawable, artist
@@ -145,9 +145,10 @@ def run_columns(
         **_parameter_columns(parameters),
         **_event_columns(parameters, result),
     }
+    columns |= _speed_columns(parameters, columns)
     columns |= _physical_columns(parameters, columns)
     columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
-    columns["breakup_number"] = breakup_number(**{name: columns[name] for name in ARGUMENTS})
+    columns["breakup_number"] = breakup_number_of(columns)
     return {column.name: columns[column.name] for column in COLUMNS}
 
 
@@ -191,10 +192,39 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
         "simulation_capillary_number",
         "offset",
         "capillary_number",
+        "ca_per_ca_sim",
         "normalized_area",
         "normalized_thickness",
     )
     return {name: np.array([getattr(p, name) for p in parameters], float) for name in names}
+
+
+def _speed_columns(
+    parameters: Sequence[Parameters], columns: dict[str, NDArray[Any]]
+) -> dict[str, NDArray[Any]]:
+    """Return which speed Ca is made with, and Ca: without contact it has no speed there."""
+    own = np.array([p.ca_speed == "contact" for p in parameters], dtype=bool)
+    capillary = columns["capillary_number"]
+    return {
+        "ca_speed": np.array([p.ca_speed for p in parameters], dtype=object),
+        "capillary_number": np.where(own, capillary * columns["contact_speed"], capillary),
+    }
+
+
+def spring_tension_ratio(parameters: Parameters, perimeter: float) -> float:
+    """Return the mean tension of the springs over line tension, of an outline's perimeter P, D0.
+
+    Each of N edges pulls with k_l N (l - l_eq), so that their mean is k_l (P - P_eq).
+
+    Examples
+    --------
+    >>> from pinchoff.model.parameters import Parameters
+    >>> round(spring_tension_ratio(Parameters(edge_stiffness=3), math.pi + 1), 2)
+    3.0
+    """
+    count = parameters.vertex_count
+    resting = math.sqrt(math.pi * count * math.tan(math.pi / count))
+    return (parameters.edge_stiffness or 0.0) * (perimeter - resting)
 
 
 def _event_columns(
@@ -227,6 +257,14 @@ def _event_columns(
         "speed": result["contact_speed"],
         "neck_thickness": neck,
         "minimum_neck": neck,
+        "spring_tension_ratio": np.array(
+            [
+                spring_tension_ratio(p, perimeter)
+                for p, perimeter in zip(
+                    parameters, result["maximum_perimeter"].tolist(), strict=True
+                )
+            ]
+        ),
         "daughter_area_ratio": result["small_daughter_area"] / result["large_daughter_area"],
         **{name: result[name] for name in same},
         **{name: result[name].astype(np.int64) for name in counts},
@@ -284,6 +322,8 @@ class Collision(Drawable):
         First contact: when, the centroid's speed, and the outline's area and 𝒜 = P²/(4πA).
     minimum_neck, maximum_shape_parameter : float
         Thinnest neck and largest 𝒜, from first contact on, until the first break-up.
+    spring_tension_ratio : float
+        Greatest mean tension of the springs over line tension, in the same span; 0 without springs.
     daughter_area_ratio : float
         Smaller over larger daughter of the first break-up.
     daughter_areas : (float, float)
@@ -311,6 +351,7 @@ class Collision(Drawable):
     contact_shape_parameter: float
     minimum_neck: float
     maximum_shape_parameter: float
+    spring_tension_ratio: float
     daughter_area_ratio: float
     daughter_areas: tuple[float, float]
     breakup_time: float
@@ -404,7 +445,7 @@ class Collision(Drawable):
         InputError
             No outlines were recorded.
         """
-        return super().plot(axes, times=times)
+        return self._drawn(axes, times=times)
 
     def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
         """Film the collision, as `Outlines.animate`."""

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 from pinchoff.figures import style
 from pinchoff.paper.catalogue import FIGURES, PaperFigure
-from pinchoff.paper.numbers import Number, data_name, numbers
+from pinchoff.paper.numbers import data_name, numbers
 from pinchoff.paper.study import Study
+from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -17,64 +14,34 @@ from pinchoff.collisions.circle_segments import (
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, transition_factor
 from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
-from pinchoff.paper.study import (
-    Study,
-    paper_breakup_number,
+from pinchoff.paper.study import Study, paper_breakup_number
+from pinchoff.paper.verdicts import (
+    ARITHMETIC,
+    MEASURED,
+    NEEDS_DATA,
+    RECOVERED,
+    SIMULATED,
+    Kind,
+    Number,
+    estimated,
+    four_digits,
+    ordered,
+    plain,
+    verdict_of,
 )
 from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.support import paper_constants as the_paper
 from pinchoff.support.interval import Estimate
-from pinchoff.support.numerals import numeral
 from pinchoff.support.quantities import capillary_number, reynolds_number
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-Verdict = Literal["agrees", "differs", "misprint", "needs the authors' data"]
-
 ENGINE = "engine"
-ARITHMETIC = "arithmetic"
 
 _OIL_CST = (50.0, 100.0)
 
-
-@dataclass(frozen=True)
-class Number:
-    """A number of the paper and ours.
-
-    Attributes
-    ----------
-    name, place : str
-        What it is, and where the paper has it.
-    paper, ours, interval : str
-        The texts that a reader sees; empty where there is none.
-    how : str
-        How ours was obtained.
-    verdict : str
-    value, low, high : float
-        Ours as numbers; NaN: none.
-    note : str
-    """
-
-    name: str
-    place: str
-    paper: str
-    ours: str
-    interval: str
-    how: str
-    verdict: Verdict
-    value: float = math.nan
-    low: float = math.nan
-    high: float = math.nan
-    note: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold: what is not a finite number is None."""
-        values = asdict(self)
-        return {
-            k: None if isinstance(v, float) and not math.isfinite(v) else v
-            for k, v in values.items()
-        }
+_CALIBRATED = (
+    "k̃_l and the reading of the arc threshold were chosen so that this line comes out; the "
+    "exponent then follows from the arc threshold"
+)
 
 
 def numbers(study: Study) -> list[Number]:
@@ -94,30 +61,31 @@ def numbers(study: Study) -> list[Number]:
 def _law(study: Study) -> Iterator[Number]:
     how = f"law on {data_name(study)}"
     names = {"alpha": "prefactor α", "beta": "exponent β", "w": "width w"}
+    kind = _kind_of_data(study)
     estimates = study.law.intervals[PROFILE]
     for key, (value, error) in the_paper.EXPERIMENT_FIT.items():
-        paper = f"{_numeral(value)} ± {error:g}"
-        yield _estimated(
-            f"{names[key]}, experiments", "sec. 4.2", paper, (value, error), estimates[key], how
-        )
+        paper = f"{four_digits(value)} ± {error:g}"
+        name = f"{names[key]}, experiments"
+        yield estimated(name, "sec. 4.2", paper, (value, error), estimates[key], how, kind)
     for key, (_, error) in the_paper.EXPERIMENT_FIT.items():
         if key in study.law.spread:
-            yield _plain(
+            yield plain(
                 f"error of {names[key]}",
                 "sec. 4.2",
                 f"± {error:g}",
                 error,
                 study.law.spread[key],
                 f"bootstrap, {study.law.samples} parts of half, {how}",
+                kind,
                 factor=1.5,
             )
-    yield _plain(
+    yield plain(
         "collisions in a part of the bootstrap",
         "sec. 4.2",
         "2,528",
         2528,
         the_paper.COLLISION_COUNT / 2,
-        ARITHMETIC,
+        "half of 5,056",
     )
 
 
@@ -140,41 +108,48 @@ def _exponents(study: Study) -> Iterator[Number]:
         ("epsilon_mu", "exponent ε_μ of μ", 1.0),
     ):
         if key in found:
-            yield _estimated(name, "sec. 4.2", _numeral(value), (value, 0.0), found[key], how)
+            paper = four_digits(value)
+            kind = _kind_of_data(study)
+            yield estimated(name, "sec. 4.2", paper, (value, 0.0), found[key], how, kind)
 
 
 def _simulations(study: Study) -> Iterator[Number]:
     fit = study.line.fit()
     how = f"{ENGINE}, {len(study.line.runs)} collisions"
     alpha, beta = the_paper.SIMULATION_ALPHA, the_paper.SIMULATION_BETA
-    yield _estimated(
-        "prefactor α, simulations", "sec. 4.1", f"{alpha:g}", (alpha, 0.0), fit.alpha, how
-    )
-    yield _estimated(
-        "exponent β, simulations", "sec. 4.1", _numeral(beta), (beta, 0.0), fit.beta, how
-    )
+    for name, known, found_here in (
+        ("prefactor α, simulations", alpha, fit.alpha),
+        ("exponent β, simulations", beta, fit.beta),
+    ):
+        paper = four_digits(known)
+        yield estimated(
+            name, "sec. 4.1", paper, (known, 0.0), found_here, how, SIMULATED, _CALIBRATED
+        )
     conversion = study.conversion
     if conversion is not None:
         estimate = Estimate(conversion.value, conversion.low, conversion.high)
-        yield _estimated(
+        yield estimated(
             "Ca per Ca_sim",
             "eq. (conv)",
             "9.8e-5",
             (the_paper.CA_PER_CA_SIM, 0.0),
             estimate,
             f"{ENGINE}, onset of break-up at D0/R = 5.66; range over N_v",
-            note="the paper's own argument makes it depend on D0",
+            SIMULATED,
+            "what brings the onset onto the paper's line; the paper's own argument makes it "
+            "depend on D0",
         )
     found = study.tensions.found
     tilts = slopes(found).values()
-    yield _estimated(
+    yield estimated(
         "slope of ln S_c against ln μ̃",
         "appendix C",
-        _numeral(beta),
+        four_digits(beta),
         (beta, 0.0),
         study.tensions.fit().beta,
         f"{ENGINE}, {len(tilts)} line tensions",
-        note=f"each alone: {_numeral(min(tilts))} to {_numeral(max(tilts))}",
+        SIMULATED,
+        f"each alone: {four_digits(min(tilts))} to {four_digits(max(tilts))}",
     )
     spread = collapse_spread(found)
     yield Number(
@@ -184,24 +159,34 @@ def _simulations(study: Study) -> Iterator[Number]:
         f"within {spread.largest:.2%}",
         "",
         ENGINE,
-        "agrees" if spread.largest < 0.02 else "differs",
+        SIMULATED,
+        verdict_of(SIMULATED, spread.largest < 0.02),
         spread.largest,
     )
     ratio = DEFAULTS["edge_stiffness"] / DEFAULTS["line_tension"]
     yield Number(
-        "k̃_l/γ̃", "sec. 3.4", "< 0.05", f"{ratio:.3g}", "", "default preset", "agrees", ratio
+        "k̃_l/γ̃",
+        "sec. 3.4",
+        "< 0.05",
+        f"{ratio:.3g}",
+        "",
+        "default preset",
+        ARITHMETIC,
+        verdict_of(ARITHMETIC, ratio < 0.05),
+        ratio,
+        note="a choice; at break-up the springs pull several times as hard as line tension",
     )
 
 
 def _breakup_number(study: Study) -> Iterator[Number]:
     alpha, beta = PAPER_EXPERIMENT_LINE
-    yield _plain(
+    yield plain(
         "prefactor of Bk",
         "eq. (Bkequation)",
         "28",
         28.0,
         alpha ** (1 / beta),
-        ARITHMETIC,
+        "α^(1/β)",
         factor=1.05,
     )
     yield Number(
@@ -210,23 +195,25 @@ def _breakup_number(study: Study) -> Iterator[Number]:
         "−4/3",
         f"+{-1 / beta:.3f}",
         "",
+        "−1/β",
         ARITHMETIC,
         "misprint",
         -1 / beta,
         note="from its definition; the abstract has +4/3",
     )
-    yield _plain(
+    yield plain(
         "growth of P from 5 to 95 %, factor in Bk",
         "sec. 4.2",
         "≈ 2",
         2.0,
         transition_factor(the_paper.WIDTH),
-        f"{ARITHMETIC}, from w = 0.098",
+        "from w = 0.098",
         factor=1.25,
     )
     used = study.collisions.table[study.collisions.table["symmetry"] > 0]
     number = study.law.fit.breakup_number(used)
     decades = float(np.log10(number.max() / number.min()))
+    kind = _kind_of_data(study)
     yield Number(
         "orders of magnitude of Bk",
         "sec. 4.2",
@@ -234,7 +221,8 @@ def _breakup_number(study: Study) -> Iterator[Number]:
         f"{decades:.1f}",
         "",
         data_name(study),
-        "agrees" if decades > 5.5 else "differs",
+        kind,
+        verdict_of(kind, decades > 5.5),
         decades,
     )
 
@@ -246,7 +234,7 @@ def _geometry(study: Study) -> Iterator[Number]:
         -2 * np.log(heights),
     ]
     slope = float(np.diff(logs[0])[0] / np.diff(logs[1])[0])
-    yield _plain(
+    yield plain(
         "β of one height h ≪ D0",
         "sec. 4.2",
         "−3/4",
@@ -256,8 +244,8 @@ def _geometry(study: Study) -> Iterator[Number]:
         factor=1.002,
     )
     ratio = 4 ** (1 + PAPER_EXPERIMENT_LINE.beta)
-    yield _plain(
-        "A_small of twice the radius", "fig. 6", "1.4", 1.4, ratio, ARITHMETIC, factor=1.05
+    yield plain(
+        "A_small of twice the radius", "fig. 6", "1.4", 1.4, ratio, "4^(1 + β)", factor=1.05
     )
     number = paper_breakup_number(0.02, 1.0)
     yield Number(
@@ -266,6 +254,7 @@ def _geometry(study: Study) -> Iterator[Number]:
         "1",
         f"{number:.2g} at most",
         "",
+        "its definition",
         ARITHMETIC,
         "misprint",
         number,
@@ -275,8 +264,8 @@ def _geometry(study: Study) -> Iterator[Number]:
 
 def _necks_and_daughters(study: Study) -> Iterator[Number]:
     neck = DEFAULTS["neck_thickness"] * the_paper.MEDIAN_DIAMETER_UM
-    yield _plain(
-        "d_min-neck", "sec. 4.4", "80.3 µm", 80.3, neck, ARITHMETIC, unit=" µm", factor=1.001
+    yield plain(
+        "d_min-neck", "sec. 4.4", "80.3 µm", 80.3, neck, "0.167 D0", unit=" µm", factor=1.001
     )
     broke = study.simulated[study.simulated["broke"].astype(bool)]
     below = broke["daughter_area_ratio"] <= area_ratio_bound(broke["symmetry"]) + 1e-9
@@ -288,7 +277,8 @@ def _necks_and_daughters(study: Study) -> Iterator[Number]:
         f"{share:.1%} of {len(broke)}",
         "",
         ENGINE,
-        "agrees" if share == 1.0 else "differs",
+        SIMULATED,
+        verdict_of(SIMULATED, share == 1.0),
         share,
     )
     for name, paper in (
@@ -297,7 +287,7 @@ def _necks_and_daughters(study: Study) -> Iterator[Number]:
         ("thinnest neck of droplets that did not break", "≈ 140 µm"),
         ("uncertainty of S", "± 0.088"),
     ):
-        yield Number(name, "sec. 4", paper, "", "", "", "needs the authors' data")
+        yield Number(name, "sec. 4", paper, "", "", "", NEEDS_DATA, "")
 
 
 def _scales(_: Study) -> Iterator[Number]:
@@ -308,13 +298,14 @@ def _scales(_: Study) -> Iterator[Number]:
         "480, 960 Pa s",
         f"{viscosity[0]:g}, {viscosity[1]:g} mPa s",
         "",
-        f"{ARITHMETIC}, 50 and 100 cSt at 960 kg/m³",
+        "50 and 100 cSt at 960 kg/m³",
+        ARITHMETIC,
         "misprint",
         viscosity[0],
     )
     tension = the_paper.SURFACE_TENSION_MN_M
     ca = capillary_number(viscosity, the_paper.SPEEDS_MM_S, tension)
-    yield _ordered("Ca", "sec. 3.4", "O(1e-3)", 1e-3, ca, factor=10)
+    yield ordered("Ca", "sec. 3.4", "O(1e-3)", 1e-3, ca, factor=10)
     reynolds = reynolds_number(
         the_paper.OIL_DENSITY_KG_M3,
         max(the_paper.SPEEDS_MM_S),
@@ -322,10 +313,18 @@ def _scales(_: Study) -> Iterator[Number]:
         the_paper.VISCOSITY_MPA_S,
     )
     yield Number(
-        "Re", "sec. 2", "≤ O(1e-2)", f"≤ {reynolds:.1e}", "", ARITHMETIC, "agrees", reynolds
+        "Re",
+        "sec. 2",
+        "≤ O(1e-2)",
+        f"≤ {reynolds:.1e}",
+        "",
+        "ρ v R/μ",
+        ARITHMETIC,
+        verdict_of(ARITHMETIC, reynolds < 1e-1),
+        reynolds,
     )
     film = ca ** (2 / 3)
-    yield _ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(1e-2)", 1e-2, film, factor=5)
+    yield ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(1e-2)", 1e-2, film, factor=5)
     typical = float(capillary_number(the_paper.VISCOSITY_MPA_S, 1.0, tension)) ** (2 / 3)
     wide = (typical * the_paper.OBSTACLE_RADIUS_UM / the_paper.MEDIAN_DIAMETER_UM) ** 2
     yield Number(
@@ -334,15 +333,12 @@ def _scales(_: Study) -> Iterator[Number]:
         "O(1e-4)",
         f"{typical**2:.1e}",
         "",
-        f"{ARITHMETIC}, 1 mm/s, D0 = z",
-        "agrees",
+        "1 mm/s, D0 = z",
+        ARITHMETIC,
+        verdict_of(ARITHMETIC, 1e-5 < typical**2 < 1e-3),
         typical**2,
         note=f"{wide:.1e} with D0 = 481 µm; the paper takes D0 and z to be of one order",
     )
-
-
-def _numeral(value: float) -> str:
-    return numeral(value, ".4g")
 
 
 def data_name(study: Study) -> str:
@@ -350,66 +346,6 @@ def data_name(study: Study) -> str:
     return "your collisions" if study.experiment is not None else "synthetic data"
 
 
-def _estimated(
-    name: str,
-    place: str,
-    paper: str,
-    known: tuple[float, float],
-    ours: Estimate,
-    how: str,
-    note: str = "",
-) -> Number:
-    """Compare an interval with a number and its error: they agree where they overlap."""
-    value, error = known
-    agrees = ours.low <= value + 2 * error and value - 2 * error <= ours.high
-    return Number(
-        name,
-        place,
-        paper,
-        _numeral(ours.value),
-        f"{_numeral(ours.low)} to {_numeral(ours.high)}",
-        how,
-        "agrees" if agrees else "differs",
-        *ours[:3],
-        note=note,
-    )
-
-
-def _plain(
-    name: str,
-    place: str,
-    paper: str,
-    known: float,
-    ours: float,
-    how: str,
-    *,
-    unit: str = "",
-    factor: float = 1.0,
-) -> Number:
-    """Compare two numbers that agree if they are within a factor, for what the paper rounds."""
-    ratio = ours / known
-    agrees = ratio > 0 and max(ratio, 1 / ratio) <= factor + 1e-9
-    shown = f"{_numeral(ours)}{unit}"
-    return Number(name, place, paper, shown, "", how, "agrees" if agrees else "differs", ours)
-
-
-def _ordered(
-    name: str, place: str, paper: str, known: float, ours: ArrayLike, factor: float
-) -> Number:
-    """Compare a range with an order of magnitude."""
-    values = np.asarray(ours, dtype=np.float64)
-    low, high = float(values.min()), float(values.max())
-    agrees = known / factor <= low and high <= known * factor
-    shown = f"{low:.1e} to {high:.1e}"
-    return Number(
-        name,
-        place,
-        paper,
-        shown,
-        "",
-        ARITHMETIC,
-        "agrees" if agrees else "differs",
-        math.sqrt(low * high),
-        low,
-        high,
-    )
+def _kind_of_data(study: Study) -> Kind:
+    """Say what the law's collisions make of a number."""
+    return MEASURED if study.measured else RECOVERED

@@ -6,27 +6,24 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from pinchoff.figures.html_page import Page
+from pinchoff.paper.verdicts import KINDS
 
 if TYPE_CHECKING:
     from pinchoff.paper.make import Reproduction
-    from pinchoff.paper.numbers import Number
+    from pinchoff.paper.verdicts import Number
 
 COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
 
-VERDICTS = {
-    "agrees": "agree",
-    "differs": "differ",
-    "misprint": "are misprints of the paper",
-    "needs the authors' data": "need the authors' data",
-}
-"""Verdicts on several numbers."""
 
-
-def verdicts(made: Reproduction) -> str:
-    """Say how many numbers agree and how many do not."""
-    counts = Counter(str(number.verdict) for number in made.numbers)
-    said = [f"{counts[verdict]} {words}" for verdict, words in VERDICTS.items() if counts[verdict]]
-    return f"Of {len(made.numbers)} numbers {', '.join(said)}"
+def verdicts(made: Reproduction) -> list[str]:
+    """Say how many numbers there are of each kind, and what came of them, a line for each kind."""
+    lines = []
+    for kind in KINDS:
+        counts = Counter(n.verdict for n in made.numbers if n.kind == kind)
+        if counts:
+            parts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if verdict)
+            lines.append(": ".join(filter(None, (f"{counts.total()} {kind}", parts))))
+    return lines
 
 
 def _sources(number: Number) -> str:
@@ -39,8 +36,8 @@ def reproduction_page(made: Reproduction) -> Page:
     notice = (
         "There are no real collisions in this reproduction: what the paper measured is replaced by "
         "synthetic collisions, drawn from the paper's own law under its conditions. Where they are "
-        "used, it is said; agreement there shows that the analysis works, not that the experiment "
-        "was repeated."
+        "used, it is said; that a number is recovered there shows that the analysis works, not "
+        "that the experiment was repeated."
         if synthetic
         else ""
     )
@@ -51,11 +48,16 @@ def reproduction_page(made: Reproduction) -> Page:
     page = Page("The paper, remade", summary, notice)
     if made.numbers:
         page.section("Numbers")
-        page.paragraph(f"{verdicts(made)}.")
-        page.table(
-            COLUMNS,
-            [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in made.numbers],
-        )
+        page.paragraph(f"{'. '.join(verdicts(made))}.")
+    for kind, meaning in KINDS.items():
+        of_kind = [number for number in made.numbers if number.kind == kind]
+        if of_kind:
+            page.section(f"Numbers: {kind}")
+            page.paragraph(f"{meaning[0].upper()}{meaning[1:]}.")
+            page.table(
+                COLUMNS,
+                [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in of_kind],
+            )
     for figure in made.figures:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
         page.figure(figure.png, figure.figure.caption)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import shutil
+import zlib
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ from pinchoff.video.writing import require_video_extra
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from pinchoff.video.methods.function import SegmentFunction
 
 CLIPS = "clips"
 """Name of the folder that holds a folder for every clip."""
@@ -89,6 +92,7 @@ def measure_videos(
     overlay: bool = True,
     processes: int | None = None,
     progress: bool = False,
+    segment: SegmentFunction | None = None,
 ) -> VideoResult:
     """Measure the collisions in clips.
 
@@ -108,6 +112,10 @@ def measure_videos(
         are fewer, on the frames of each. The results do not depend on it.
     progress : bool, optional
         Whether to show a bar on stderr.
+    segment : callable, optional
+        A segmentation of your own: from the brightness of a frame, (height, width) of uint8, to
+        closed outlines, each (n, 2) of x and y in pixels. With several processes it has to be a
+        function at the top level of a module.
 
     Returns
     -------
@@ -132,7 +140,7 @@ def measure_videos(
     processes = thread_count(processes)
     each = max(1, processes // len(sources))
     jobs = [
-        Job(source, folder / CLIPS / name, name, settings, overlay, each)
+        Job(source, folder / CLIPS / name, name, settings, overlay, each, segment)
         for name, source in sources.items()
     ]
     total = _frame_count(jobs) if progress else None
@@ -198,6 +206,8 @@ class Job(NamedTuple):
         Whether to write an annotated clip.
     processes : int
         How many look at its frames at the same time.
+    segment : callable or None
+        The user's own segmentation.
     """
 
     source: Path
@@ -206,6 +216,7 @@ class Job(NamedTuple):
     settings: VideoSettings
     overlay: bool
     processes: int = 1
+    segment: SegmentFunction | None = None
 
 
 def _frame_count(jobs: Sequence[Job]) -> int | None:
@@ -241,6 +252,7 @@ def measure_to_folder(
     try:
         chosen, corrected = _with_obstacles(job.folder, job.settings)
         mark = clip_folder.fingerprint(job.source, chosen) + ("" if job.overlay else " plain")
+        mark += "" if job.segment is None else f" {_function_mark(job.segment)}"
         before = clip_folder.finished_result(job.folder, mark)
         if before is not None:
             count(before["frames"])
@@ -269,6 +281,14 @@ def _ended(job: Job) -> ClipOutcome:
     if not (job.folder / clip_folder.RESULT).exists():
         shutil.rmtree(job.folder, ignore_errors=True)
     return ClipOutcome(job.name, job.folder, {}, error=str(error))
+
+
+def _function_mark(segment: SegmentFunction) -> str:
+    """Return what changes when a user's own segmentation is changed."""
+    from pinchoff.video.methods.function import function_name
+
+    code = getattr(segment, "__code__", None)
+    return function_name(segment) + ("" if code is None else f" {zlib.crc32(code.co_code):08x}")
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
@@ -314,7 +334,9 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
 
     problem: BaseException | None = None
     try:
-        result = measure_clip(job.source, settings, begin, processes=job.processes)
+        result = measure_clip(
+            job.source, settings, begin, processes=job.processes, segment=job.segment
+        )
     except BaseException as error:
         problem = error
         raise

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from pinchoff.video.choice import Choice, choose
 from pinchoff.video.collisions import CollisionFinder, NeckSeen
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
+from pinchoff.video.methods.function import SegmentFunction
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
@@ -24,10 +26,10 @@ from pinchoff.video.workers import segmented
 
 Floats = NDArray[np.float64]
 
-_NOTHING_FOUND = (
-    "no droplets were found; look at the smallest diameter and the pixel's size, give edge_level "
-    "or clicks, or try packed where droplets fill the view"
-)
+_FEW_FRAMES = 0.5  # of the clip: with droplets in fewer it is worth a word
+_SHORT_TRACK = 5  # frames: where most tracks are shorter they are fragments
+_LONG_CLIP = 20  # frames from which tracks can be judged
+_PROMISING = 0.3  # of the best score: another method that is worth a try
 
 
 class Measured(NamedTuple):
@@ -92,6 +94,7 @@ def measure_clip(
     begin: Callable[[Choice, Floats], Callable[[Measured], object]] | None = None,
     *,
     processes: int = 1,
+    segment: SegmentFunction | None = None,
 ) -> ClipResult:
     """Find the collisions of one clip.
 
@@ -107,6 +110,8 @@ def measure_clip(
         what it returns is called with every frame that is measured.
     processes : int, optional
         How many look for droplets at the same time; the results do not depend on it.
+    segment : callable, optional
+        A user's own segmentation, as in `measure_videos`.
 
     Raises
     ------
@@ -115,13 +120,16 @@ def measure_clip(
     """
     clip = clip_of(path, settings)
     settings, notes = scaled(clip, settings)
-    choice = choose(sample(clip.frames(sparse=True)), settings)
+    first = next(clip.frames())
+    settings.require_scale((first.luma.shape[1], first.luma.shape[0]))
+    choice = choose(sample(clip.frames(sparse=True)), settings, segment)
     obstacles = obstacles_of(choice.background, settings)
     on_frame = None if begin is None else begin(choice, obstacles)
     segmenter = choice.segmenter
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
-    count, duration = 0, 0.0
+    lengths: Counter[int] = Counter()
+    count, with_droplets, duration = 0, 0, 0.0
     for frame, found in segmented(clip.frames(), segmenter, processes):
         seen = [each for each in found if not is_obstacle(each, obstacles)]
         droplets = tracker.resolved(frame.number, seen)
@@ -130,9 +138,45 @@ def measure_clip(
         if on_frame is not None:
             on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
         encounters += over
+        lengths.update(tracks)
+        with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
-    notes += [clip.warning] if clip.warning else []
-    warning = "; ".join(notes if tracker.count else [*notes, _NOTHING_FOUND])
+    seen_of_all = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
+    warning = "; ".join(filter(None, [*notes, clip.warning, seen_of_all]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: Choice) -> str:
+    """Return a warning where little was seen, with what helps; empty where nothing is wrong.
+
+    Parameters
+    ----------
+    count, with_droplets : int
+        Frames, and frames with droplets.
+    lengths : list of int
+        Of the tracks, frames, in order.
+    choice : Choice
+    """
+    if not lengths:
+        told = "no droplets were found"
+    else:
+        middle = lengths[len(lengths) // 2]
+        few = with_droplets < _FEW_FRAMES * count
+        fragments = count >= _LONG_CLIP and middle < _SHORT_TRACK
+        if not few and not fragments:
+            return ""
+        told = f"droplets in {with_droplets} of {count} frames, tracks of {middle} frames (median)"
+    scores = choice.scores()
+    others = [name for name in scores if name != choice.method and scores[name] >= _PROMISING]
+    if others:
+        best = max(others, key=scores.__getitem__)
+        return f"{told}; method {best!r} found droplets too (score {scores[best]:.2f}): try it"
+    if len(scores) == 1:
+        return f"{told} by method {choice.method!r}: leave it out, and the clip decides"
+    tried = ", ".join(scores)
+    return (
+        f"{told}; none of the methods {tried} found more: look at a preview, check the smallest "
+        "diameter and the pixel's size, or give a segmentation of your own"
+    )

@@ -19,6 +19,9 @@ SMALLEST_RIM_PX = 8.0
 SMALLEST_DROPLET_PX = 11.0
 """Smallest diameter that is looked for unless one is given, pixels: a rim and an inside show."""
 
+SMALLEST_LENGTH_PX = 2.0
+"""Least radius of a pillar that can be seen, pixels."""
+
 METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
 """Segmentations, by name."""
 
@@ -211,6 +214,13 @@ class VideoSettings(Checked):
             )
         return self.pixel_size_um
 
+    @model_validator(mode="before")
+    @classmethod
+    def _packed_is_a_method(cls, given: Any) -> Any:
+        if isinstance(given, dict) and given.get("packed") is True and not given.get("method"):
+            return {**given, "method": "packed"}
+        return given
+
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if self.frames is not None:
@@ -237,6 +247,40 @@ class VideoSettings(Checked):
             rule = f"{SMALLEST_RIM_PX:g} pixels or more in a packed scene"
             got = f"{smallest:g} µm, {smallest / pixel_um:.3g} pixels"
             raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
+
+    def require_scale(self, size: tuple[int, int]) -> None:
+        """Refuse a scale at which pillars or droplets could not be seen.
+
+        Parameters
+        ----------
+        size : (int, int)
+            Width and height of the frame, pixels.
+
+        Raises
+        ------
+        InputError
+            A length that is given is less than a few pixels, or does not fit into the frame.
+        """
+        lattice = self.lattice
+        lengths = {
+            "obstacle_radius_um": self.laboratory.obstacle_radius_um,
+            "lattice.radius_um": None if lattice is None else lattice.radius_um,
+            "maximum_diameter_um": self.maximum_diameter_um,
+        }
+        for name, length in lengths.items():
+            if length is not None:
+                self._require_seen(name, length, size)
+        smallest = self.minimum_diameter_um
+        if smallest is not None and smallest / self.pixel_um > min(size):
+            self._require_seen("minimum_diameter_um", smallest, size)
+
+    def _require_seen(self, name: str, length: float, size: tuple[int, int]) -> None:
+        pixels = length / self.pixel_um
+        if SMALLEST_LENGTH_PX <= pixels <= max(size):
+            return
+        rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
+        got = f"{length:g} µm at {self.pixel_um:g} µm a pixel, {pixels:.3g} px"
+        raise InputError.of(name, rule, got, "check both lengths and their units")
 
     @property
     def minimum_area_px(self) -> float:

@@ -31,6 +31,8 @@ _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
 _MOST_NEAR = 8  # droplets that are tried as parts of another
+_STRIDES = 8  # frames whose steps are remembered
+_STILL = 0.1  # of the longest of them: a shorter one is a frame that repeats the one before
 _LOOK_BACK = 12  # frames in which a daughter may be too thin to be seen
 
 
@@ -117,6 +119,7 @@ class Tracker:
     count: int = 0
     _flow: Floats = field(default_factory=lambda: np.zeros(2))
     _begun_at: int | None = None
+    _strides: deque[float] = field(default_factory=lambda: deque(maxlen=_STRIDES))
 
     def resolved(self, frame: int, droplets: Sequence[Droplet]) -> list[Droplet]:
         """Return droplets with parts taken together that were one droplet and still may be one.
@@ -179,9 +182,15 @@ class Tracker:
             events.append(_event(frame, parents, list(born.values())))
             begun |= born
             self._tracks = [t for t in self._tracks if t not in parents]
+        steps = []
         for k, track in partners.items():
             if k not in begun and track in self._tracks:
+                before = (track.droplet.x, track.droplet.y, track.frame)
                 track.moved_to(frame, droplets[k])
+                step = math.hypot(droplets[k].x - before[0], droplets[k].y - before[1])
+                steps.append(step / (frame - before[2]))
+        if steps:
+            self._strides.append(float(np.median(steps)))
         for k in range(len(droplets)):
             if k not in begun and partners.get(k) not in self._tracks:
                 begun[k] = self._new(frame, droplets[k])
@@ -220,6 +229,7 @@ class Tracker:
         # What has just come into view may be slower than the others.
         new = np.array([t.velocity is None for t in self._tracks])
         reach = self.reach(before) + np.where(new, float(np.hypot(*self._flow)), 0.0)
+        reach = reach + self._jerk()
         change = np.abs(after[None] - before[:, None]) / np.maximum(after[None], before[:, None])
         cut = np.array([t.droplet.cut for t in self._tracks])[:, None]
         cut = cut | np.array([d.cut for d in droplets])[None]
@@ -237,6 +247,15 @@ class Tracker:
             return np.full(np.shape(area), self.settings.maximum_step_px)
         reach: Floats = np.sqrt(np.asarray(area) / math.pi)  # half its diameter
         return reach
+
+    def _jerk(self) -> float:
+        """Return by how much the next step may be longer than the last ones, pixels.
+
+        A film whose frames repeat moves in jerks: nothing for some frames, then all at once.
+        """
+        if not self._strides or min(self._strides) > _STILL * max(self._strides):
+            return 0.0
+        return max(self._strides)
 
     def _forget(self, frame: int) -> list[Event]:
         events, kept = [], []

@@ -147,9 +147,10 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
     rows = []
     for each in clips:
         found = each.result
-        numbers: tuple[object, ...] = ("–",) * 6
+        numbers: tuple[object, ...] = ("–",) * 7
         if found:
             numbers = (
+                _method(found),
                 found["frames"],
                 f"{found['duration_s']:.1f}",
                 len(found["obstacles"]),
@@ -158,8 +159,23 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
                 fit[each.name],
             )
         rows.append((each.name, *numbers, each.error or (found.get("warning") or "")))
-    heads = ("clip", "frames", "time [s]", "obstacles", "droplets", "collisions", "accepted", "")
+    heads = (
+        "clip",
+        "method and scores",
+        "frames",
+        "time [s]",
+        "obstacles",
+        "droplets",
+        "collisions",
+        "accepted",
+        "",
+    )
     page.table(heads, rows)
+
+
+def _method(found: dict[str, Any]) -> str:
+    scores = ", ".join(f"{name} {score:.2f}" for name, score in found["scores"].items())
+    return f"{found['method']} ({scores})"
 
 
 def _rejected(page: Page, table: pd.DataFrame) -> None:

@@ -118,7 +118,11 @@ class Boundary(Drawable):
         if speed not in ("flow", "contact"):
             raise InputError.of("speed", "'flow' or 'contact'", speed, "choose one of them")
         rows = self.found
-        factor = rows["contact_speed"] if speed == "contact" else 1.0
+        # whether Ca is made with that speed already
+        own = rows.get("ca_speed", rows["contact_speed"]).eq("contact")
+        factor = rows["contact_speed"].where(~own, 1.0) if speed == "contact" else 1.0
+        if speed == "flow":
+            factor = (1.0 / rows["contact_speed"]).where(own, 1.0)
         return fit_line(
             rows["capillary_number"] * rows["normalized_thickness"] * factor,
             rows["normalized_area"],

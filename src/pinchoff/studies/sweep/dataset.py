@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_checksums
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import written_aside
@@ -56,8 +58,25 @@ class SweepDataset:
         return range(start, min(start + self.part_size, self.count))
 
     def missing_parts(self) -> list[int]:
-        """Return the parts that are not there, or were damaged from outside."""
-        return [part for part in range(self.part_count) if not self._is_complete(part)]
+        """Return the parts that are not there; what was damaged from outside is set aside.
+
+        Warns
+        -----
+        UserWarning
+            A part was set aside; says which.
+        """
+        checksums = recorded_checksums(self.path)
+        missing = []
+        for part in range(self.part_count):
+            path = self._part_path(part)
+            if not path.exists():
+                missing.append(part)
+            elif not self._is_complete(part, checksums):
+                missing.append(part)
+                path.replace(path.with_name(f"_damaged-{path.name}"))
+                text = f"{path.name} is damaged: it is set aside and computed again"
+                warnings.warn(text, UserWarning, stacklevel=3)
+        return missing
 
     def write(self, part: int, content: bytes) -> None:
         """Write a part so that it appears at once, complete.
@@ -71,6 +90,7 @@ class SweepDataset:
         try:
             with written_aside(path, suffix=".unfinished") as unfinished:
                 unfinished.write_bytes(content)
+                record_checksum(self.path, path.name, content)
         except OSError as error:
             raise PinchoffError(
                 f"{self.path} must be a folder that can take {len(content)} bytes more; got "
@@ -81,13 +101,13 @@ class SweepDataset:
     def _part_path(self, part: int) -> Path:
         return self.path / f"part-{part:06d}.parquet"
 
-    def _is_complete(self, part: int) -> bool:
+    def _is_complete(self, part: int, checksums: dict[str, str] | None) -> bool:
         path = self._part_path(part)
-        try:
+        if checksums is not None:
+            return is_whole(path, checksums)
+        try:  # begun by a release that kept no checksums
             return bool(pq.read_metadata(path).num_rows == len(self.rows_of(part)))
-        except FileNotFoundError:
-            return False
-        except pa.ArrowException:  # for instance cut short when the power failed
+        except (OSError, pa.ArrowException):  # for instance cut short when the power failed
             return False
 
 
@@ -105,16 +125,33 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
         It cannot be read.
     """
     try:
-        manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
+        manifest: dict[str, Any] = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         return None
     except (OSError, ValueError) as error:
         got = f"an unreadable one ({error})"
         raise InputError.of(f"{path / MANIFEST}", "a manifest", got, _ELSEWHERE) from None
-    if not isinstance(manifest, dict) or manifest.get("format") != _FORMAT:
+    if not _is_manifest(manifest):
         got = "something else"
         raise InputError.of(f"{path / MANIFEST}", "a sweep's manifest", got, _ELSEWHERE)
     return manifest
+
+
+def _is_manifest(read: object) -> bool:
+    kinds = {
+        "pinchoff_version": str,
+        "configuration_hash": str,
+        "configuration": dict,
+        "count": int,
+        "part_size": int,
+        "last_point": dict,
+    }
+    return (
+        isinstance(read, dict)
+        and read.get("format") == _FORMAT
+        and all(isinstance(read.get(name), kind) for name, kind in kinds.items())
+        and min(read["count"], read["part_size"]) > 0
+    )
 
 
 @contextmanager

@@ -1,0 +1,84 @@
+"""What came of each contact of an emulsion's droplets with a pillar, for the break-up law."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.collisions.law import breakup_number
+from pinchoff.support.paper_constants import CA_PER_CA_SIM
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from pinchoff.model.parameters import Parameters
+
+SETTLED = 3.0
+"""A contact counts as one without a break-up once the droplet went on for so long, t0."""
+
+
+def contact_outcomes(
+    events: pd.DataFrame,
+    circles: NDArray[np.float64],
+    parameters: Parameters,
+    end: float,
+    width: float = math.inf,
+) -> pd.DataFrame:
+    """Return a row for each first contact of a droplet with a pillar, with what came of it.
+
+    A break-up is put down to the pillar nearest to its neck among those that the droplet touched.
+
+    Parameters
+    ----------
+    events : DataFrame
+        Of an `Emulsion`.
+    circles : ndarray, shape (M, 3)
+        The pillars.
+    parameters : Parameters
+    end : float
+        Of the run, t0.
+    width : float, optional
+        Period of the cell across the flow, D0.
+
+    Returns
+    -------
+    DataFrame
+        droplet_id, obstacle, time, symmetry, breakup_number (with the droplet's area and speed at
+        contact, and the line of the paper's simulations), broke, and settled: whether its outcome
+        was seen.
+    """
+    import pandas as pd
+
+    kinds = events["kind"].astype(str)
+    met = events[kinds == "contact"]
+    broken = events[kinds == "breakup"].set_index("droplet_id")
+    gone = events[kinds.isin(("breakup", "left", "retired"))].set_index("droplet_id")["time"]
+    pillar = met["obstacle"].to_numpy(np.int64)
+    droplet = met["droplet_id"].to_numpy(np.int64)
+    neck = broken[["x", "y"]].reindex(droplet).to_numpy(np.float64)
+    away = neck - circles[pillar, :2]
+    if math.isfinite(width):
+        away[:, 1] -= width * np.round(away[:, 1] / width)
+    gap = np.hypot(*away.T) - circles[pillar, 2]
+    nearest = pd.Series(gap).groupby(droplet).transform("min").to_numpy(np.float64)
+    time = met["time"].to_numpy(np.float64)
+    ended = gone.reindex(droplet).fillna(math.inf).to_numpy(np.float64)
+    number = breakup_number(
+        CA_PER_CA_SIM * parameters.simulation_capillary_number * met["speed"],
+        normalized_area=met["area"] / circles[pillar, 2] ** 2,
+        symmetry=met["symmetry"],
+    )
+    return pd.DataFrame(
+        {
+            "droplet_id": droplet,
+            "obstacle": pillar,
+            "time": time,
+            "symmetry": met["symmetry"].to_numpy(np.float64),
+            "breakup_number": number,
+            "broke": np.isfinite(gap) & (gap == nearest),
+            "settled": (ended < math.inf) | (time + SETTLED <= end),
+        }
+    )

@@ -1,0 +1,384 @@
+"""Droplet sizes of an emulsion: means and distributions with errors, rates, and steadiness.
+
+What droplets do in an array is correlated in time. Every error here comes from blocks that are
+longer than the correlation time, left out one after the other (jackknife); where the record is too
+short for that many blocks the error is not a number, and `SizeStudy.remarks` says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pinchoff.support.arguments import checked_number
+from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Floats: TypeAlias = NDArray[np.float64]
+
+FEWEST_BLOCKS = 5
+"""Fewer give no error that could be believed."""
+
+MOST_BLOCKS = 40
+BLOCK = 4.0
+"""Length of a block, in correlation times."""
+
+STEADY_TIMES = 5.0
+"""Residence times without a trend, for sizes to be called steady."""
+
+_CREATES, _REMOVES = ("entered", "breakup"), ("left", "merge", "retired")
+
+
+class Measured(NamedTuple):
+    """A mean and its standard error.
+
+    Attributes
+    ----------
+    value, error : float
+        The error is NaN where the record is too short for one.
+    """
+
+    value: float
+    error: float
+
+    def __str__(self) -> str:
+        return f"{self.value:.4g} ± {self.error:.2g}"
+
+
+@dataclass(frozen=True, eq=False)
+class SizeStudy:
+    """What the sizes of a run tell.
+
+    Attributes
+    ----------
+    series : DataFrame
+        A row a frame: time, count, area (in all, D0²), mean_diameter and weighted_diameter (by
+        area), D0, and mean_area, D0².
+    start, end : float
+        Of what means and rates are taken over, t0.
+    correlation_time : float
+        Of the mean area, t0.
+    blocks : int
+    mean_diameter, weighted_diameter, mean_area : Measured
+        Over all droplets of all frames; the second weighted by area.
+    dispersity : Measured
+        <A²>/<A>²: 1 for droplets of one size, 2 for an exponential distribution of areas.
+    edges : ndarray, shape (b + 1,)
+        Of the bins in diameter, D0.
+    by_number, by_area : ndarray, shape (b, 2)
+        Density of the distribution of diameters, 1/D0, and its standard error.
+    rates : dict of str to Measured
+        Events of each kind per t0.
+    growth : Measured
+        Droplets gained per t0: entered and break-ups less left, merged and retired.
+    residence_time : float
+        t0, by Little's law: droplets present per droplet that leaves; else as given.
+    trend : Measured
+        Change of the mean area over the last `STEADY_TIMES` residence times, as a share of it.
+    steady : bool or None
+        None: the record is too short to tell.
+    remarks : list of str
+        What a reader has to know beside the numbers.
+    """
+
+    series: pd.DataFrame
+    start: float
+    end: float
+    correlation_time: float
+    blocks: int
+    mean_diameter: Measured
+    weighted_diameter: Measured
+    mean_area: Measured
+    dispersity: Measured
+    edges: Floats
+    by_number: Floats
+    by_area: Floats
+    rates: dict[str, Measured]
+    growth: Measured
+    residence_time: float
+    trend: Measured
+    steady: bool | None
+    remarks: list[str] = field(default_factory=list)
+
+
+def study_sizes(
+    sizes: pd.DataFrame,
+    events: pd.DataFrame,
+    *,
+    start: float | None = None,
+    residence_time: float | None = None,
+    bins: int = 24,
+) -> SizeStudy:
+    """Study the sizes and events of a run.
+
+    Parameters
+    ----------
+    sizes, events : DataFrame
+        Of an `Emulsion`.
+    start : float, optional
+        What came before is left out, t0; by default the first half of the run.
+    residence_time : float, optional
+        t0; where droplets leave it follows from the run.
+    bins : int, optional
+        Of the distribution.
+
+    Raises
+    ------
+    InputError
+        There are fewer than 8 frames with droplets after the start.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> sizes = pd.DataFrame({"time": np.repeat(np.arange(20.0), 2), "diameter": [1.0, 2.0] * 20})
+    >>> study = study_sizes(sizes, pd.DataFrame({"time": [], "kind": []}), residence_time=1.0)
+    >>> study.mean_diameter.value, round(study.weighted_diameter.value, 3)
+    (1.5, 1.8)
+    """
+    series = _series(sizes)
+    end = float(series["time"].max()) if len(series) else 0.0
+    begin = 0.5 * end if start is None else checked_number("start", start, "give it in t0")
+    kept = series[series["time"] >= begin]
+    if len(kept) < 8:
+        got = f"{len(kept)} of them after t = {begin:.4g} t0"
+        raise InputError.of("sizes", "of 8 frames with droplets or more", got, "run for longer")
+    times = kept["time"].to_numpy(np.float64)
+    correlation = correlation_time(times, kept["mean_area"].to_numpy(np.float64))
+    block_count = int(min(MOST_BLOCKS, (times[-1] - times[0]) // (BLOCK * correlation)))
+    remarks = []
+    if block_count < FEWEST_BLOCKS:
+        remarks.append(
+            f"The record after t = {begin:.4g} t0 is {(times[-1] - times[0]) / correlation:.2g} "
+            f"correlation times long; errors need {BLOCK * FEWEST_BLOCKS:g}. Run for longer."
+        )
+    ends = np.linspace(times[0], np.nextafter(times[-1], np.inf), max(block_count, 1) + 1)
+    late = sizes[sizes["time"] >= begin]
+    diameters = late["diameter"].to_numpy(np.float64)
+    edges = np.linspace(0.0, 1.0001 * diameters.max(), bins + 1)
+    sums = _block_sums(late["time"].to_numpy(np.float64), diameters, ends, edges)
+    happened = events[(events["time"] > begin) & (events["time"] <= end)]
+    kinds = happened["kind"].astype(str).to_numpy()
+    moments: Floats = happened["time"].to_numpy(np.float64)
+    rates = {
+        kind: _rate(np.asarray(kinds == kind, dtype=np.float64), moments, ends)
+        for kind in ("entered", "left", "breakup", "merge", "retired")
+    }
+    gains = np.asarray(np.isin(kinds, _CREATES) * 1.0 - np.isin(kinds, _REMOVES))
+    growth = _rate(gains, moments, ends)
+    if rates["left"].value > 0:
+        residence_time = float(kept["count"].mean()) / rates["left"].value
+    residence = math.nan if residence_time is None else residence_time
+    trend = _trend(series, residence)
+    steady = _steady(growth, trend)
+    if steady is None:
+        remarks.append(
+            f"Too short to tell whether sizes are steady: that takes {STEADY_TIMES:g} residence "
+            f"times of {residence:.3g} t0 and an error of the rates."
+        )
+
+    def mean(of: Callable[[Floats], float]) -> Measured:
+        return jackknife(sums.moments, of)
+
+    return SizeStudy(
+        series,
+        begin,
+        end,
+        correlation,
+        block_count,
+        mean(lambda m: m[1] / m[0]),
+        mean(lambda m: m[3] / m[2]),
+        mean(lambda m: math.pi / 4 * m[2] / m[0]),
+        mean(lambda m: m[4] * m[0] / m[2] ** 2),
+        edges,
+        _density(sums.numbers, edges),
+        _density(sums.areas, edges),
+        rates,
+        growth,
+        residence,
+        trend,
+        steady,
+        remarks,
+    )
+
+
+def correlation_time(times: Floats, values: Floats) -> float:
+    """Return the integrated correlation time of evenly sampled values.
+
+    It is dt (1/2 + sum of the autocorrelation), summed over a window of five times itself (Sokal).
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=20_000)
+    >>> round(correlation_time(np.arange(20_000.0), noise), 1)
+    0.5
+    """
+    step = float(np.median(np.diff(times)))
+    away = values - values.mean()
+    variance = float(away @ away)
+    if variance <= 1e-24 * float(values @ values):
+        return 0.5 * step
+    size = 1 << (2 * len(away) - 1).bit_length()
+    power = np.abs(np.fft.rfft(away, size)) ** 2
+    shared = np.fft.irfft(power, size)[: len(away)] / variance
+    sums = 0.5 + np.concatenate([[0.0], np.cumsum(shared[1:])])
+    window = np.flatnonzero(np.arange(len(sums)) >= 5.0 * sums)
+    last = int(window[0]) if len(window) else len(sums) - 1
+    return step * max(0.5, float(sums[last]))
+
+
+def jackknife(blocks: Floats, of: Callable[[Floats], float]) -> Measured:
+    """Return a function of sums over blocks, shape (b, m), with its error.
+
+    Examples
+    --------
+    >>> jackknife(np.array([[1.0, 2.0], [1.0, 4.0]]), lambda sums: sums[1] / sums[0]).value
+    3.0
+    """
+    whole = blocks.sum(axis=0)
+    count = len(blocks)
+    if count < FEWEST_BLOCKS:
+        return Measured(float(of(whole)), math.nan)
+    without = np.array([of(whole - block) for block in blocks])
+    return Measured(float(of(whole)), float(math.sqrt((count - 1) * without.var())))
+
+
+class _Sums(NamedTuple):
+    moments: Floats  # (blocks, 5): sum of d^0, d, d^2, d^3, d^4
+    numbers: Floats  # (blocks, bins)
+    areas: Floats
+
+
+def _series(sizes: pd.DataFrame) -> pd.DataFrame:
+    import pandas as pd
+
+    d = sizes["diameter"].to_numpy(np.float64)
+    powers = pd.DataFrame({"time": sizes["time"], "d1": d, "d2": d**2, "d3": d**3})
+    sums = powers.groupby("time", sort=True).agg(
+        count=("d1", "size"), d1=("d1", "sum"), d2=("d2", "sum"), d3=("d3", "sum")
+    )
+    area = math.pi / 4 * sums["d2"]
+    return pd.DataFrame(
+        {
+            "time": sums.index.to_numpy(np.float64),
+            "count": sums["count"].to_numpy(),
+            "area": area.to_numpy(),
+            "mean_diameter": (sums["d1"] / sums["count"]).to_numpy(),
+            "weighted_diameter": (sums["d3"] / sums["d2"]).to_numpy(),
+            "mean_area": (area / sums["count"]).to_numpy(),
+        }
+    )
+
+
+def _block_sums(times: Floats, diameters: Floats, ends: Floats, edges: Floats) -> _Sums:
+    which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
+    count, bins = len(ends) - 1, len(edges) - 1
+    powers = [np.bincount(which, diameters**k, minlength=count) for k in range(5)]
+    cells = which * bins + np.clip(np.searchsorted(edges, diameters, "right") - 1, 0, bins - 1)
+    numbers = np.bincount(cells, minlength=count * bins).reshape(count, bins)
+    areas = np.bincount(cells, diameters**2, minlength=count * bins).reshape(count, bins)
+    moments = np.column_stack(powers).astype(np.float64)
+    return _Sums(moments, numbers.astype(np.float64), areas.astype(np.float64))
+
+
+def _density(blocks: Floats, edges: Floats) -> Floats:
+    """Return density and error of each bin from sums in blocks, shape (bins, 2)."""
+    widths = np.diff(edges)
+
+    def density(sums: Floats, k: int) -> float:
+        return float(sums[k] / (sums.sum() * widths[k]))
+
+    return np.array([jackknife(blocks, partial(density, k=k)) for k in range(len(widths))])
+
+
+def _rate(weights: Floats, times: Floats, ends: Floats) -> Measured:
+    """Return what happens per t0."""
+    which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
+    counts = np.bincount(which, weights, minlength=len(ends) - 1)
+    return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: s[0] / s[1])
+
+
+def _trend(series: pd.DataFrame, residence: float) -> Measured:
+    """Return the change of the mean area over the last residence times, as a share of it."""
+    end = float(series["time"].iloc[-1])
+    first = end - STEADY_TIMES * residence
+    if not first >= 0:
+        return Measured(math.nan, math.nan)
+    kept = series[series["time"] >= first]
+    t, area = kept["time"].to_numpy(np.float64), kept["mean_area"].to_numpy(np.float64)
+    if len(t) < 4:
+        return Measured(math.nan, math.nan)
+    slope, offset = np.polyfit(t - t.mean(), area, 1)
+    left = area - offset - slope * (t - t.mean())
+    # Neighbouring frames are correlated: as many independent ones as the residuals say.
+    independent = max(3.0, (t[-1] - t[0]) / (2.0 * correlation_time(t, left)))
+    error = float(left.std() / (t.std() * math.sqrt(independent - 2.0)))
+    span = float(t[-1] - t[0]) / float(offset)
+    return Measured(float(slope) * span, error * span)
+
+
+def _steady(growth: Measured, trend: Measured) -> bool | None:
+    """Tell whether sizes are steady; None where nothing speaks against it but too little for it."""
+    if any(abs(found.value) > 2.0 * found.error for found in (growth, trend)):
+        return False
+    return None if math.isnan(trend.value) or math.isnan(growth.error) else True
+
+
+# ---------------------------------------------------------------- where droplets come from
+
+
+def lineage(events: pd.DataFrame) -> pd.DataFrame:
+    """Return where every droplet comes from, and what became of it.
+
+    Returns
+    -------
+    DataFrame
+        Indexed by droplet_id: parent (-1: none), born and ended, t0 (NaN: at the start, or never),
+        fate ("breakup", "left", "retired" or ""), and area at birth, D0² (NaN if it was there at
+        the start).
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> events = pd.DataFrame({"kind": ["breakup"], "time": [2.0], "droplet_id": [0],
+    ...     "daughter_1": [1], "daughter_2": [2], "area_1": [0.3], "area_2": [0.4], "area": [0.7]})
+    >>> lineage(events)["parent"].to_dict()
+    {0: -1, 1: 0, 2: 0}
+    """
+    import pandas as pd
+
+    rows: dict[int, dict[str, float | int | str]] = {}
+
+    def droplet(number: int) -> dict[str, float | int | str]:
+        new: dict[str, float | int | str]
+        new = {"parent": -1, "born": math.nan, "ended": math.nan, "fate": "", "area": math.nan}
+        return rows.setdefault(number, new)
+
+    for event in events.to_dict("records"):
+        kind, number = str(event["kind"]), int(event["droplet_id"])
+        if kind == "entered":
+            droplet(number).update(born=event["time"], area=event["area"])
+        elif kind in ("left", "retired", "breakup"):
+            droplet(number).update(ended=event["time"], fate=kind)
+        if kind == "breakup":
+            for k in (1, 2):
+                daughter = droplet(int(event[f"daughter_{k}"]))
+                daughter.update(parent=number, born=event["time"], area=event[f"area_{k}"])
+    table = pd.DataFrame.from_dict(rows, orient="index").sort_index()
+    table.index.name = "droplet_id"
+    return table
+
+
+def ancestors(family: pd.DataFrame, droplet_id: int) -> Iterator[int]:
+    """Yield a droplet's mother, her mother, and so on; `family` is that of `lineage`."""
+    parent = int(family["parent"].get(droplet_id, -1))
+    while parent >= 0:
+        yield parent
+        parent = int(family["parent"].get(parent, -1))

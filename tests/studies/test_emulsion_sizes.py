@@ -1,0 +1,191 @@
+"""Sizes of an emulsion: against a solvable process, and against data whose errors are known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import pinchoff as po
+from pinchoff.collisions.law import breakup_number
+from pinchoff.studies.emulsion_contacts import contact_outcomes
+from pinchoff.studies.emulsion_sizes import (
+    ancestors,
+    correlation_time,
+    jackknife,
+    lineage,
+    study_sizes,
+)
+
+NO_EVENTS = pd.DataFrame({"time": [], "kind": []})
+
+
+def merging_and_breaking(seed, *, kernel, rate, volume, fraction, events):
+    """Draw a population that merges (K for each pair) and breaks (S v, uniform daughters)."""
+    rng = np.random.default_rng(seed)
+    start = math.sqrt(kernel * fraction / (2 * rate))
+    count = round(fraction * volume / start)
+    v = np.zeros(8 * count)
+    v[:count] = fraction * volume / count
+    time, frames, happened = 0.0, [], []
+    breaking = rate * fraction * volume  # the sum of S v over all droplets, which is conserved
+    for step in range(events):
+        merging = kernel * count * (count - 1) / (2 * volume)
+        time += rng.exponential(1 / (merging + breaking))
+        if rng.random() * (merging + breaking) < merging:
+            i, j = rng.choice(count, 2, replace=False) if count < 3 else _pair(rng, count)
+            v[i] += v[j]
+            v[j] = v[count - 1]
+            count -= 1
+            happened.append((time, "merge"))
+        else:
+            i = np.searchsorted(np.cumsum(v[:count]), rng.random() * v[:count].sum())
+            part = rng.random() * v[i]
+            v[count], v[i] = part, v[i] - part
+            count += 1
+            happened.append((time, "breakup"))
+        if step % (count // 4) == 0:
+            frames.append((time, v[:count].copy()))
+    sizes = pd.DataFrame(
+        {
+            "time": np.concatenate([np.full(len(areas), t) for t, areas in frames]),
+            "diameter": np.sqrt(4 / math.pi * np.concatenate([areas for _, areas in frames])),
+        }
+    )
+    return sizes, pd.DataFrame(happened, columns=["time", "kind"])
+
+
+def _pair(rng, count):
+    i, j = rng.integers(count), rng.integers(count - 1)
+    return i, j + (j >= i)
+
+
+def test_constant_kernel_and_uniform_daughters_give_an_exponential_distribution():
+    kernel, rate, fraction = 2.0, 0.5, 0.3
+    sizes, events = merging_and_breaking(
+        3, kernel=kernel, rate=rate, volume=2000.0, fraction=fraction, events=120_000
+    )
+    residence = 1.0 / math.sqrt(kernel * fraction * rate / 2)
+    study = study_sizes(
+        sizes, events, start=0.1 * sizes["time"].max(), residence_time=residence, bins=16
+    )
+    mean = math.sqrt(kernel * fraction / (2 * rate))
+    assert study.mean_area.value == pytest.approx(mean, rel=0.02)
+    assert study.dispersity.value == pytest.approx(2.0, rel=0.02)
+    assert abs(study.mean_area.value - mean) < 4 * study.mean_area.error
+    # The whole distribution: P(d) d(d) = exp(-v/<v>) dv/<v> with v = pi d^2 / 4.
+    volumes = math.pi / 4 * study.edges**2
+    expected = -np.diff(np.exp(-volumes / mean)) / np.diff(study.edges)
+    heavy = expected > 0.1
+    assert np.allclose(study.by_number[heavy, 0], expected[heavy], rtol=0.05)
+    pulls = (study.by_number[heavy, 0] - expected[heavy]) / study.by_number[heavy, 1]
+    assert np.sqrt(np.mean(pulls**2)) < 2.5
+    # The rates are the process's own, and balance.
+    total = rate * fraction * 2000.0
+    assert study.rates["breakup"].value == pytest.approx(total, rel=0.02)
+    assert study.rates["merge"].value == pytest.approx(total, rel=0.02)
+    assert abs(study.growth.value) < 3 * study.growth.error
+
+
+def test_correlation_time_is_that_of_an_autoregressive_series():
+    rng, keep = np.random.default_rng(1), 0.9
+    values = np.zeros(200_000)
+    for k in range(1, len(values)):
+        values[k] = keep * values[k - 1] + rng.normal()
+    expected = 0.1 * (0.5 + keep / (1 - keep))
+    found = correlation_time(0.1 * np.arange(len(values)), values)
+    assert found == pytest.approx(expected, rel=0.05)
+
+
+def test_errors_from_blocks_are_those_of_repeated_runs():
+    found = []
+    for seed in range(60):
+        blocks = np.random.default_rng(seed).normal(3.0, 1.0, (20, 1))
+        ones = np.concatenate([blocks, np.ones((20, 1))], axis=1)
+        found.append(jackknife(ones, lambda s: s[0] / s[1]))
+    values, errors = np.array(found).T
+    assert np.mean(errors) == pytest.approx(1 / math.sqrt(20), rel=0.1)
+    assert np.std(values) == pytest.approx(np.mean(errors), rel=0.3)
+
+
+def test_too_few_blocks_give_no_error():
+    assert math.isnan(jackknife(np.ones((4, 1)), lambda s: s[0]).error)
+
+
+def noisy_sizes(drift, seed=0):
+    """Return a through-flow of 100 droplets, each present for 10 t0, whose size may drift."""
+    rng = np.random.default_rng(seed)
+    times = np.repeat(np.arange(0.0, 200.0), 100)
+    sizes = pd.DataFrame(
+        {"time": times, "diameter": rng.uniform(0.5, 1.0, len(times)) * (1 + drift * times)}
+    )
+    moments = np.arange(0.0, 200.0, 0.1)
+    kinds = np.tile(["entered", "left"], len(moments))
+    return sizes, pd.DataFrame({"time": np.repeat(moments, 2), "kind": kinds})
+
+
+def test_steady_sizes_are_called_steady_and_drifting_ones_are_not():
+    calm = study_sizes(*noisy_sizes(0.0))
+    assert calm.residence_time == pytest.approx(10.0, rel=0.02)
+    assert calm.rates["left"].value == pytest.approx(10.0, rel=0.02)
+    assert calm.steady is True
+    drifting = study_sizes(*noisy_sizes(-0.002))
+    assert drifting.steady is False
+    assert drifting.trend.value < 0
+
+
+def test_a_run_that_gains_droplets_is_not_steady():
+    sizes, events = noisy_sizes(0.0)
+    extra = events[events["kind"] == "entered"].assign(kind="breakup").iloc[::5]
+    assert study_sizes(sizes, pd.concat([events, extra])).steady is False
+
+
+def test_a_short_run_says_that_it_is_too_short():
+    sizes, events = noisy_sizes(0.0)
+    short = study_sizes(sizes[sizes["time"] < 20], events[events["time"] < 20])
+    assert short.steady is None
+    assert any("Too short" in remark for remark in short.remarks)
+
+
+def test_too_few_frames_are_refused(refused):
+    sizes = pd.DataFrame({"time": [0.0, 1.0], "diameter": [1.0, 1.0]})
+    refused("sizes", study_sizes, sizes, NO_EVENTS)
+
+
+def breakup(time, droplet, daughters):
+    row = {"kind": "breakup", "time": time, "droplet_id": droplet, "area": 0.7}
+    return (
+        row
+        | {f"daughter_{k}": d for k, d in enumerate(daughters, 1)}
+        | {"area_1": 0.3, "area_2": 0.4}
+    )
+
+
+def test_lineage_tells_mothers_and_fates():
+    entered = {"kind": "entered", "time": 0.5, "droplet_id": 0, "area": 0.7}
+    left = {"kind": "left", "time": 9.0, "droplet_id": 4, "area": 0.4}
+    events = pd.DataFrame([entered, breakup(2.0, 0, (1, 2)), breakup(3.0, 2, (3, 4)), left])
+    family = lineage(events)
+    assert family["parent"].to_dict() == {0: -1, 1: 0, 2: 0, 3: 2, 4: 2}
+    assert list(ancestors(family, 4)) == [2, 0]
+    assert family.loc[4, ["born", "ended", "fate"]].tolist() == [3.0, 9.0, "left"]
+    assert math.isnan(family.loc[3, "ended"])
+
+
+def contact(time, droplet, obstacle):
+    numbers = {"symmetry": 0.5, "speed": 0.5, "area": 0.8}
+    return {"kind": "contact", "time": time, "droplet_id": droplet, "obstacle": obstacle, **numbers}
+
+
+def test_a_breakup_is_put_down_to_the_pillar_at_its_neck():
+    circles = np.array([[0.0, 0.0, 0.3], [2.0, 0.0, 0.3]])
+    at_second = breakup(3.0, 0, (1, 2)) | {"x": 2.0, "y": 5.9}  # across the edge of the cell
+    events = pd.DataFrame([contact(1.0, 0, 0), contact(2.0, 0, 1), at_second, contact(9.5, 5, 0)])
+    parameters = po.Parameters(simulation_capillary_number=40)
+    table = contact_outcomes(events, circles, parameters, end=10.0, width=6.0)
+    assert table["broke"].tolist() == [False, True, False]
+    assert table["settled"].tolist() == [True, True, False]
+    expected = breakup_number(9.8e-5 * 40 * 0.5, normalized_area=0.8 / 0.09, symmetry=0.5)
+    assert table["breakup_number"].tolist() == pytest.approx([float(expected)] * 3)
