@@ -254,7 +254,9 @@ def test_points_are_saved_as_a_table_that_pinchoff_reads(opened: Open, tmp_path:
     table = import_collisions(path).table
     assert len(table) == len(touched)
     shown = po.breakup_number(
-        table["capillary_number"], table["normalized_area"], table["symmetry"]
+        table["capillary_number"],
+        normalized_area=table["normalized_area"],
+        symmetry=table["symmetry"],
     )
     np.testing.assert_allclose([float(row["breakup_number"]) for row in touched], shown, rtol=1e-12)
 

@@ -47,7 +47,9 @@ def test_a_quantity_that_does_not_matter_does_not_earn_its_exponent(virtual):
     """Outcomes drawn without z̃: ε3 = 0 stands, ε3 = 1 falls."""
     rng = np.random.default_rng(0)
     bk = po.breakup_number(
-        virtual["capillary_number"], virtual["normalized_area"], virtual["symmetry"]
+        virtual["capillary_number"],
+        normalized_area=virtual["normalized_area"],
+        symmetry=virtual["symmetry"],
     )
     table = virtual.assign(broke=rng.random(len(bk)) < 1 / (1 + bk**-10))
     laws = compare_laws(table).set_index("law")

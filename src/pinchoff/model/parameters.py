@@ -333,7 +333,7 @@ class Parameters(Checked):
         viscosity: Physical,
         surface_tension: Physical,
         thickness: Physical,
-        offset: Physical = "0 um",
+        offset: Physical | None = None,
         **constants: Any,
     ) -> Self:
         """Return the parameters of an experiment.
@@ -355,7 +355,7 @@ class Parameters(Checked):
             z of the chamber, a length. The model is two-dimensional with z/R = 1; a chamber that
             is off by more than 1 % is warned of.
         offset : str or pint.Quantity, optional
-            Start y of the droplet, a length.
+            Start y of the droplet, a length; by default that of the constructor, 0.05 D0.
         **constants
             Constants of the model, dimensionless, such as ``vertex_count``.
 
@@ -395,14 +395,16 @@ class Parameters(Checked):
         return cls._of_groups(constants, groups)
 
     @classmethod
-    def of_scale(cls, scale: PhysicalScale, *, offset_um: float = 0.0, **constants: Any) -> Self:
+    def of_scale(
+        cls, scale: PhysicalScale, *, offset_um: float | None = None, **constants: Any
+    ) -> Self:
         """Return the parameters of an experiment that is known in numbers, as `from_physical`.
 
         Parameters
         ----------
         scale : PhysicalScale
         offset_um : float, optional
-            Start y of the droplet, µm.
+            Start y of the droplet, µm; by default that of the constructor, 0.05 D0.
         **constants
             Constants of the model, dimensionless.
 

@@ -465,9 +465,9 @@ class Collision(Drawable):
         InputError
             There is no such file, or it holds no collision.
         """
-        from pinchoff.model.collision_report import read_collision
+        from pinchoff.model.run_files import read_run
 
-        return cls(**read_collision(path))
+        return cls(**collision_fields(*read_run(path), met={}))
 
     def __repr__(self) -> str:
         contact = (

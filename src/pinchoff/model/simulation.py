@@ -261,7 +261,9 @@ def simulate_many(
     warn_of_failures(int((table["outcome"] == "failed").sum()), done)
     if not all_columns:
         unknown = [name for name in _LABORATORY_COLUMNS if table[name].isna().all()]
+        known_units = {n: u for n, u in table.attrs["units"].items() if n not in unknown}
         table = table.drop(columns=unknown)
+        table.attrs["units"] = known_units
     return recorded.added_to(table)
 
 

@@ -77,6 +77,9 @@ def number(low: float, high: float, meaning: str, **options: Any) -> Any:
     return explained(number_rule(low, high), meaning, ge=low, le=high, **options)
 
 
+_PYDANTICS = {*dir(BaseModel)}
+
+
 class Checked(BaseModel):
     """Immutable model; None stands for the default of a value.
 
@@ -101,7 +104,7 @@ class Checked(BaseModel):
     def __dir__(self) -> list[str]:
         """Return what is ours: values, properties and methods, without pydantic's."""
         own = {*type(self).model_fields, "replace"}
-        return sorted(own | {name for name in super().__dir__() if not hasattr(BaseModel, name)})
+        return sorted(own | {name for name in super().__dir__() if name not in _PYDANTICS})
 
     if not TYPE_CHECKING:  # type checkers take the keywords from the fields
 

@@ -107,6 +107,7 @@ def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Ite
     from IPython.display import HTML, display  # in a notebook it is there
 
     began, shown = monotonic(), -1.0
+    name, whole = label, total
     place = display(HTML(escape(label)), display_id=True)
 
     def move(done: float, total: float | None = total, label: str | None = None) -> None:
@@ -122,7 +123,6 @@ def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Ite
         text = escape(" ".join(filter(None, (counted, unit))) + rest)
         place.update(HTML(f"{escape(name)} <progress{share}></progress> {text}"))
 
-    name, whole = label, total
     yield move
     done = f"{escape(name)} <progress value=1></progress> done in {monotonic() - began:.1f} s"
     place.update(HTML(done))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -229,14 +229,15 @@ def physical_groups(
     Parameters
     ----------
     quantities : mapping of str to str or pint.Quantity
-        The `PHYSICAL_NAMES`; ``offset`` may be missing and is then zero.
+        The `PHYSICAL_NAMES`; ``offset`` may be missing.
     thickness_acts : bool, optional
         Whether the chamber's thickness is in the model; else one that is not R is warned of.
 
     Returns
     -------
     dict
-        ``size_ratio``, ``simulation_capillary_number``, ``offset`` (D0) and ``scale``.
+        ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
+        ``offset`` (D0).
 
     Raises
     ------
@@ -247,11 +248,28 @@ def physical_groups(
     for name in quantities:
         if name not in PHYSICAL_NAMES:
             raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
-    magnitudes = {name: physical_magnitude(name, quantities.get(name)) for name in PHYSICAL_NAMES}
-    groups = groups_of_magnitudes(magnitudes)
+    groups = groups_of_magnitudes(physical_magnitudes(quantities))
     if not thickness_acts:
         warn_of_thickness(groups["scale"])
     return groups
+
+
+def physical_magnitudes(
+    quantities: Mapping[str, Physical | None], varied: Container[str] = ()
+) -> dict[str, float]:
+    """Read the `PHYSICAL_NAMES` that are not varied; all of them but the offset must be there.
+
+    Raises
+    ------
+    InputError
+        As `physical_groups`.
+    """
+    given = (name for name in PHYSICAL_NAMES if name not in varied)
+    return {
+        name: physical_magnitude(name, quantities.get(name))
+        for name in given
+        if name != "offset" or quantities.get(name) is not None
+    }
 
 
 def physical_magnitude(name: str, value: Physical | None) -> float:
@@ -260,10 +278,10 @@ def physical_magnitude(name: str, value: Physical | None) -> float:
     Raises
     ------
     InputError
-        As `physical_groups`; only the offset may be missing.
+        As `physical_groups`.
     """
     if name == "offset":
-        return 0.0 if value is None else _magnitude(name, value, _OFFSET)
+        return _magnitude(name, value, _OFFSET)
     quantity = _SCALE_QUANTITIES[name]
     magnitude = _magnitude(name, value, quantity)
     if not magnitude > 0:
@@ -276,15 +294,16 @@ def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
     scale = PhysicalScale(
         **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
     )
-    return groups_of_scale(scale, magnitudes["offset"])
+    return groups_of_scale(scale, magnitudes.get("offset"))
 
 
-def groups_of_scale(scale: PhysicalScale, offset_um: float) -> dict[str, Any]:
-    """Return what follows from an experiment and the droplet's start y, µm."""
+def groups_of_scale(scale: PhysicalScale, offset_um: float | None) -> dict[str, Any]:
+    """Return what follows from an experiment and the droplet's start y, µm, if that is given."""
+    offset = {} if offset_um is None else {"offset": offset_um / scale.diameter_um}
     return {
+        **offset,
         "size_ratio": scale.size_ratio,
         "simulation_capillary_number": scale.simulation_capillary_number,
-        "offset": offset_um / scale.diameter_um,
         "scale": scale,
     }
 
