@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pinchoff.collisions.columns import LARGEST, QUANTITIES, Place, find_columns
-from pinchoff.collisions.law import ARGUMENTS, breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reading import read_table
 from pinchoff.collisions.reasons import OUTCOME_UNKNOWN, general_reason, not_measured
 from pinchoff.collisions.schema import measured_table, synthetic
@@ -435,5 +435,5 @@ def _table(
     if "source" in places:
         columns["source"] = frame[places["source"].column].to_numpy(dtype=object)[kept]
     columns["collision_id"] = np.flatnonzero(kept)
-    columns["breakup_number"] = breakup_number(**{name: columns[name] for name in ARGUMENTS})
+    columns["breakup_number"] = breakup_number_of(columns)
     return measured_table(columns)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -82,6 +83,17 @@ LINES = {
 
 ARGUMENTS = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
 """Columns that decide Bk, as arguments of `breakup_number`."""
+
+
+def breakup_number_of(columns: Mapping[str, Any]) -> Any:
+    """Return Bk of collisions from the columns of their table."""
+    capillary_number, normalized_area, symmetry, thickness = (columns[name] for name in ARGUMENTS)
+    return breakup_number(
+        capillary_number,
+        normalized_area=normalized_area,
+        symmetry=symmetry,
+        normalized_thickness=thickness,
+    )
 
 
 def breakup_number(

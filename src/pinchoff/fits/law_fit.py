@@ -216,7 +216,7 @@ class LawFit(Drawable):
         table = pd.DataFrame(rows, index=list(self.estimates))
         return table.rename(columns={"method": "interval"})
 
-    def plot(self, axes: Any = None, *, kind: str = "probability") -> Any:
+    def plot(self, axes: Any = None, *, kind: str = "probability") -> Any:  # type: ignore[override]
         """Draw the law and the collisions that it was fitted to.
 
         Parameters

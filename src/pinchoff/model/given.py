@@ -77,7 +77,7 @@ def _grid(values: Mapping[Any, Any]) -> Iterator[dict[str, Any]]:
 
 def _one(value: Any) -> list[Any]:
     """Return the values of an axis that is no list: a Series has several, a number is one."""
-    return value.tolist() if hasattr(value, "tolist") and getattr(value, "ndim", 0) else [value]
+    return value.tolist() if hasattr(value, "tolist") and getattr(value, "ndim", False) else [value]
 
 
 def _plain(value: Any) -> Any:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from pinchoff import _core
-from pinchoff.collisions.law import ARGUMENTS, breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.support.drawing import Drawable, artist
@@ -148,7 +148,7 @@ def run_columns(
     columns |= _speed_columns(parameters, columns)
     columns |= _physical_columns(parameters, columns)
     columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
-    columns["breakup_number"] = breakup_number(**{name: columns[name] for name in ARGUMENTS})
+    columns["breakup_number"] = breakup_number_of(columns)
     return {column.name: columns[column.name] for column in COLUMNS}
 
 
@@ -426,7 +426,7 @@ class Collision(Drawable):
             raise InputError.of("outlines", "recorded", None, advice)
         return self.outlines
 
-    def plot(self, axes: Any = None, *, times: Any = None) -> Any:
+    def plot(self, axes: Any = None, *, times: Any = None) -> Any:  # type: ignore[override]
         """Draw moments of the collision side by side, as `pinchoff.figures.snapshot_strip`.
 
         Parameters

@@ -13,12 +13,12 @@ import numpy as np
 
 from pinchoff.collisions.circle_segments import symmetry_of_impact
 from pinchoff.collisions.law import (
-    ARGUMENTS,
     PAPER_EXPERIMENT_LINE,
     Line,
     LineLike,
     as_line,
     breakup_number,
+    breakup_number_of,
     breakup_probability,
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
@@ -138,7 +138,7 @@ def virtual_experiment(
     noise = generator.normal(0.0, symmetry_noise, n) if symmetry_noise else np.zeros(n)
     columns["symmetry"] = _reflected(columns["true_symmetry"] + noise)
     columns["source"] = np.full(n, f"{SYNTHETIC}, by {outcomes}", dtype=object)
-    columns["breakup_number"] = breakup_number(**{name: columns[name] for name in ARGUMENTS})
+    columns["breakup_number"] = breakup_number_of(columns)
     return measured_table(columns, [TRUE_SYMMETRY])
 
 

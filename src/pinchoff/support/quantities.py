@@ -222,7 +222,7 @@ _POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 
 
 def physical_groups(
-    quantities: Mapping[str, Physical], *, thickness_acts: bool = False
+    quantities: Mapping[str, Physical | None], *, thickness_acts: bool = False
 ) -> dict[str, Any]:
     """Read physical quantities with their units, and return what follows from them.
 
