@@ -186,11 +186,14 @@ def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
     )
     for flow, color, name in flows:
         axes.plot(
-            flow.velocity(points)[:, 0], y / radius, color=color, label=f"{name}, beside ($x=0$)"
+            np.asarray(flow.velocity(points))[:, 0],
+            y / radius,
+            color=color,
+            label=f"{name}, beside ($x=0$)",
         )
         ahead = np.column_stack([-y, np.zeros_like(y)])
         axes.plot(
-            *(flow.velocity(ahead)[:, 0], y / radius),
+            *(np.asarray(flow.velocity(ahead))[:, 0], y / radius),
             color=color,
             ls=(0, (3, 1.5)),
             label=f"{name}, before ($y=0$)",

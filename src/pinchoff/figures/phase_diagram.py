@@ -129,7 +129,8 @@ def _table_of(collisions: pd.DataFrame | ImportedCollisions | Boundary) -> pd.Da
         got = f"{type(collisions).__name__} without {', '.join(missing)}"
         advice = "read it with pinchoff.import_collisions, which finds or computes them"
         raise InputError.of("collisions", "a table of collisions", got, advice)
-    return table
+    found: pd.DataFrame = table
+    return found
 
 
 def separating_line(

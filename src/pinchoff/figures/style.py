@@ -6,6 +6,7 @@ A label gives its unit in parentheses: "speed (mm/s)". The colours are those of
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 from collections.abc import Iterable, Iterator
@@ -76,6 +77,8 @@ def mark_synthetic(axes: Axes, x: float = 0.98, y: float = 0.03) -> None:
 
 def journal_style(font_size: float = STYLE["font.size"]) -> AbstractContextManager[None]:
     """Return a context in which figures take the look of this package; font size in points."""
+    if on_display() and not _off_screen.get():
+        _prepare_display()
     settings: Any = {**STYLE, "font.size": font_size}  # matplotlib lists its keys as literals
     return mpl.rc_context(settings)
 
@@ -97,18 +100,34 @@ def new_figure(width: float, height: float, *, layout: str | None = "constrained
     """Return an empty figure of a size in inches.
 
     It is one of pyplot's where a display is there to show it: in IPython and in notebooks, and in
-    programs that use pyplot themselves. Elsewhere nothing has to close it.
+    programs that use pyplot with a window. Elsewhere nothing has to close it.
 
     Examples
     --------
     >>> new_figure(3.0, 2.0).get_size_inches().tolist()
     [3.0, 2.0]
     """
-    if _off_screen.get() or not (on_display() or "matplotlib.pyplot" in sys.modules):
+    if _off_screen.get() or not (on_display() or _has_window()):
         return Figure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
     from matplotlib import pyplot
 
     return pyplot.figure(figsize=(width, height), layout=layout, dpi=SCREEN_DOTS_PER_INCH)
+
+
+@functools.cache
+def _prepare_display() -> None:
+    """Load pyplot's backend: what it then sets, a context of settings would take back at its end.
+
+    A notebook would show the first figure and no other.
+    """
+    from matplotlib import pyplot
+
+    pyplot.switch_backend(pyplot.get_backend())
+
+
+def _has_window() -> bool:
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    return pyplot is not None and pyplot.get_backend().lower() != "agg"
 
 
 def ordered_colors(values: Iterable[float]) -> dict[float, Any]:

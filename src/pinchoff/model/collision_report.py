@@ -34,7 +34,6 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
     parameters, row = collision.parameters, collision.to_row()
     results = collision.to_dict()
     given = results.pop("parameters")
-    results["vertex_updates"] = row["vertex_updates"]
     if parameters.scale is not None:
         results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
     return {
@@ -49,6 +48,7 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
             "effective_time_step": parameters.effective_time_step,
         },
         "results": results,
+        "row": {name: _finite(value) for name, value in row.items()},
         "units": {
             **{name: unit for name, unit in units().items() if unit and name in results},
             "daughter_areas": "D0²",
@@ -58,5 +58,5 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
     }
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+def _finite(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

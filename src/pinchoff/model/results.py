@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import os
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -451,8 +451,8 @@ class Collision(Drawable):
         """Film the collision, as `Outlines.animate`."""
         return artist().animate(self.recorded(), path, fps)
 
-    @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Self:
+    @staticmethod
+    def load(path: str | os.PathLike[str]) -> Collision:
         """Read a collision from the ``collision.json`` that ``pinchoff run`` wrote.
 
         Parameters
@@ -467,7 +467,7 @@ class Collision(Drawable):
         """
         from pinchoff.model.run_files import read_run
 
-        return cls(**collision_fields(*read_run(path), met={}))
+        return _of_row(*read_run(path))
 
     def __repr__(self) -> str:
         contact = (
@@ -513,27 +513,8 @@ def collision_of(
     SimulationError
         A guard stopped the run.
     """
-    results = np.asarray(system.result(), dtype=np.float64)
-    events = tuple(system.contacts()), tuple(system.breakups())
-    return Collision(**collision_fields(parameters, results, *events, outlines, met))
-
-
-def collision_fields(
-    parameters: Parameters,
-    results: NDArray[np.float64],
-    contacts: tuple[dict[str, Any], ...],
-    breakups: tuple[dict[str, Any], ...],
-    outlines: Outlines | None,
-    met: Mapping[str, float],
-) -> dict[str, Any]:
-    """Return what makes a `Collision`, from the core's numbers, shape (len(RESULT_FIELDS),).
-
-    Raises
-    ------
-    SimulationError
-        A guard stopped the run.
-    """
-    result = dict(zip(_core.RESULT_FIELDS, results.tolist(), strict=True))
+    results = np.asarray(system.result(), dtype=np.float64).reshape(1, -1)
+    result = dict(zip(_core.RESULT_FIELDS, results[0].tolist(), strict=True))
     if result["outcome"] == _FAILED:
         guard = _core.GUARDS[int(result["guard"])]
         value, time = result["guard_value"], result["guard_time"]
@@ -543,18 +524,28 @@ def collision_fields(
             value=value,
             time=time,
         )
-    columns = run_columns([parameters], results.reshape(1, -1), met=met)
+    columns = run_columns([parameters], results, met=met)
     row = {name: _plain_scalar(values[0]) for name, values in columns.items()}
     row["broke"] = bool(row["broke"])
-    return {
+    return _of_row(parameters, row, system.contacts(), system.breakups(), outlines)
+
+
+def _of_row(
+    parameters: Parameters,
+    row: dict[str, Any],
+    contacts: Iterable[dict[str, Any]],
+    breakups: Iterable[dict[str, Any]],
+    outlines: Outlines | None,
+) -> Collision:
+    return Collision(
         **{f.name: row[f.name] for f in fields(Collision) if f.name in row},
-        "parameters": parameters,
-        "daughter_areas": (row["small_daughter_area"], row["large_daughter_area"]),
-        "contacts": contacts,
-        "breakups": breakups,
-        "outlines": outlines,
-        "_row": row,
-    }
+        parameters=parameters,
+        daughter_areas=(row["small_daughter_area"], row["large_daughter_area"]),
+        contacts=tuple(contacts),
+        breakups=tuple(breakups),
+        outlines=outlines,
+        _row=row,
+    )
 
 
 def _plain_scalar(value: Any) -> Any:

@@ -8,11 +8,7 @@ import os
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
-from pinchoff import _core
-from pinchoff.collisions.schema import OUTCOMES
+from pinchoff.collisions.schema import COLUMNS
 from pinchoff.model.outlines import Outlines
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.errors import InputError
@@ -21,14 +17,16 @@ REPORT = "collision.json"
 OUTLINES = "outlines.gsd"
 """Names of the files."""
 
+_EVENTS = ("contacts", "breakups")
+
 
 class StoredRun(NamedTuple):
-    """What the files of one run hold; the results are the core's numbers, in its order."""
+    """What the files of one run hold; the row is that of the collisions table."""
 
     parameters: Parameters
-    results: NDArray[np.float64]
-    contacts: tuple[dict[str, Any], ...]
-    breakups: tuple[dict[str, Any], ...]
+    row: dict[str, Any]
+    contacts: list[dict[str, Any]]
+    breakups: list[dict[str, Any]]
     outlines: Outlines | None
 
 
@@ -49,18 +47,15 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
     try:
         report = json.loads(source.read_text(encoding="utf-8"))
         parameters = Parameters(**report["parameters"])
-        found = _measured(report["results"])
-        found["small_daughter_area"], found["large_daughter_area"] = found["daughter_areas"]
-        found["outcome"] = OUTCOMES.index(found["outcome"])
-        numbers = [float(found.get(name, 0.0)) for name in _core.RESULT_FIELDS]
-        contacts, breakups = tuple(found["contacts"]), tuple(found["breakups"])
+        row = {column.name: _measured(report["row"][column.name]) for column in COLUMNS}
+        contacts, breakups = (_measured(report["results"][name]) for name in _EVENTS)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         rule, advice = "a report of one collision", "give the collision.json of `pinchoff run`"
         got = error.strerror or error if isinstance(error, OSError) else repr(error)
         raise InputError.of(str(source), rule, got, advice) from None
     beside = source.with_name(OUTLINES)
     outlines = Outlines.load(beside) if beside.is_file() else None
-    return StoredRun(parameters, np.array(numbers), contacts, breakups, outlines)
+    return StoredRun(parameters, row, contacts, breakups, outlines)
 
 
 def _measured(value: Any) -> Any:
