@@ -80,7 +80,9 @@ def drawn(n: int, seed: int, width: float = WIDTH, line: Line = TRUTH) -> pd.Dat
     area = np.exp(rng.uniform(0.0, 3.5, n))
     thickness = rng.choice([0.5, 1.0, 1.4], n)
     symmetry = rng.uniform(0.02, 1.0, n)
-    bk = breakup_number(ca, area, symmetry, thickness, line=line)
+    bk = breakup_number(
+        ca, normalized_area=area, symmetry=symmetry, normalized_thickness=thickness, line=line
+    )
     probability = breakup_probability(bk, width) if width else bk > 1
     return pd.DataFrame(
         {

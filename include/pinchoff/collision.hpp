@@ -52,7 +52,7 @@ private:
     Island island_;
     bool finished_ = false;
     double minimum_neck_ = std::numeric_limits<double>::infinity();
-    double maximum_shape_ = 0;
+    double maximum_shape_ = 0, maximum_perimeter_ = 0;
 
     void run_block() {
         const int watched = contacts().empty() ? -1 : contacts().front().droplet;
@@ -79,6 +79,7 @@ inline void Collision::sample_neck(int watched, std::size_t breakups_before) {
         minimum_neck_ = std::min(minimum_neck_, std::sqrt(seen.neck.thickness2));
         maximum_shape_ =
             std::max(maximum_shape_, shape_parameter(seen.survey.perimeter, seen.survey.area));
+        maximum_perimeter_ = std::max(maximum_perimeter_, seen.survey.perimeter);
     };
     for (std::size_t i = breakups_before; i < breakups().size(); ++i)
         if (breakups()[i].droplet == watched) sample(breakups()[i].seen);
@@ -141,6 +142,7 @@ inline Result Collision::result() const {
         r.contact_shape_parameter = c.shape_parameter;
         r.minimum_neck = minimum_neck_;
         r.maximum_shape_parameter = maximum_shape_;
+        r.maximum_perimeter = maximum_perimeter_;
     }
     if (!breakups().empty()) {
         const BreakupEvent& b = breakups().front();

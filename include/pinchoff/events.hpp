@@ -148,7 +148,7 @@ inline Finding Island::look_at_necks(Look& look) const {
             found.budget.relative = std::min(found.budget.relative, room);
             continue;
         }
-        const double threshold = world_->model.neck_thickness * ring.diameter;
+        const double threshold = neck_threshold(world_->model, ring.diameter);
         const Separation& limit = world_->separation;
         const Separation separation{limit.fraction, limit.length * ring.diameter};
         look.neck_work.resize(

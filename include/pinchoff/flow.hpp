@@ -37,6 +37,65 @@ struct StokesFlow {
     }
 };
 
+/// Brinkman's depth-averaged flow past a cylinder in a thin gap, zero on its surface and inside it:
+/// v_r = f cos θ and v_θ = -g sin θ, so that u = g + (f - g) x²/r² and v = (f - g) x y/r². Both are
+/// functions of r alone, which hold Bessel functions; they come as cubics in R/r, nodes (nx, 8):
+/// the four coefficients of f - g in the fraction of a cell, then those of g.
+struct BrinkmanFlow {
+    static constexpr bool kByRing = true;
+    double x, y, radius2, speed, cells;
+    const double* nodes;
+
+    explicit BrinkmanFlow(const Flow& f)
+        : x(f.x), y(f.y), radius2(f.radius * f.radius), speed(f.vx), cells(f.nx), nodes(f.nodes) {}
+
+    /// Cell and fraction in it; the first cell, and a fraction that is not below 1, where there is
+    /// no flow. A distance that is not a number keeps to the table.
+    int locate(double r2, double& t) const {
+        const double place = cells * std::sqrt(radius2 / r2);
+        const double cell = place < cells ? place : 0.0;
+        const int whole = static_cast<int>(cell);
+        t = place - whole;
+        return whole;
+    }
+
+    Vec2 interpolate(double dx, double dy, double r2, int cell, double t) const {
+        const double* c = nodes + 8 * cell;
+        const double difference = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
+        const double g = c[4] + t * (c[5] + t * (c[6] + t * c[7]));
+        const double along = difference / r2;
+        const bool outside = r2 > radius2;
+        return {outside ? speed * (g + along * dx * dx) : 0.0,
+                outside ? speed * (along * dx * dy) : 0.0};
+    }
+
+    Vec2 at(Vec2 r) const {
+        const double dx = r.x - x, dy = r.y - y, r2 = dx * dx + dy * dy;
+        double t;
+        const int cell = locate(r2, t);
+        return interpolate(dx, dy, r2, cell, t);
+    }
+
+    void fill(const Ring& ring) const {
+        for (int first = 0; first < ring.padded; first += kLanes) {
+            // Apart from the look into the table, so that compilers vectorise it.
+            double t[kLanes], r2[kLanes];
+            int cell[kLanes];
+            for (int l = 0; l < kLanes; ++l) {
+                const double dx = ring.x[first + l] - x, dy = ring.y[first + l] - y;
+                r2[l] = dx * dx + dy * dy;
+                cell[l] = locate(r2[l], t[l]);
+            }
+            for (int l = 0; l < kLanes; ++l) {
+                const double dx = ring.x[first + l] - x, dy = ring.y[first + l] - y;
+                const Vec2 fluid = interpolate(dx, dy, r2[l], cell[l], t[l]);
+                ring.fluid_x[first + l] = fluid.x;
+                ring.fluid_y[first + l] = fluid.y;
+            }
+        }
+    }
+};
+
 struct UniformFlow {
     static constexpr bool kByRing = false;
     Vec2 velocity;
@@ -164,6 +223,7 @@ void with_flow(const Flow& flow, Use&& use) {
         case FlowKind::stokes: use(StokesFlow(flow)); break;
         case FlowKind::uniform: use(UniformFlow(flow)); break;
         case FlowKind::sampled: use(SampledFlow(flow)); break;
+        case FlowKind::brinkman: use(BrinkmanFlow(flow)); break;
     }
 }
 

@@ -25,6 +25,7 @@ inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
     FIELD(time_step)                    \
     FIELD(time_limit)                   \
     FIELD(neck_thickness)               \
+    FIELD(neck_thickness_is_fixed)      \
     FIELD(neck_separation)              \
     FIELD(neck_separation_in_diameters) \
     FIELD(sample_interval)              \
@@ -46,6 +47,7 @@ inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
     FIELD(contact_shape_parameter)    \
     FIELD(minimum_neck)               \
     FIELD(maximum_shape_parameter)    \
+    FIELD(maximum_perimeter)          \
     FIELD(small_daughter_area)        \
     FIELD(large_daughter_area)        \
     FIELD(breakup_time)               \
@@ -113,6 +115,12 @@ inline constexpr double kDepartureDistance = 0.5;
 inline constexpr double kFrontTouch = 1e-9;
 /// Samples between two searches for crossing edges.
 inline constexpr int kCrossingSamples = 10;
+/// The thickness below which the neck of a droplet of some diameter breaks, D0: a part of that
+/// diameter, or one length for all, such as the chamber's.
+inline double neck_threshold(const Model& m, double diameter) {
+    return m.neck_thickness_is_fixed != 0.0 ? m.neck_thickness : m.neck_thickness * diameter;
+}
+
 /// Least vertices of a droplet.
 inline constexpr int kLeastVertices = 16;
 

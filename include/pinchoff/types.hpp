@@ -21,18 +21,18 @@ struct Obstacle {
     double x, y, radius;
 };
 
-enum class FlowKind : std::int32_t { stokes, uniform, sampled };
+enum class FlowKind : std::int32_t { stokes, uniform, sampled, brinkman };
 
 /// The undisturbed fluid velocity as a function of position, in units of v_f∞ and D0.
 struct Flow {
     FlowKind kind = FlowKind::stokes;
-    double x = 0, y = 0, radius = 0;              // stokes: the cylinder
-    double vx = 0, vy = 0;                        // uniform: the velocity; stokes: vx is v_f∞
+    double x = 0, y = 0, radius = 0;              // stokes, brinkman: the cylinder
+    double vx = 0, vy = 0;                        // uniform: the velocity; the others: vx is v_f∞
     double x0 = 0, y0 = 0;                        // sampled: position of the first node
     double dx = 1, dy = 1;                        // sampled: node spacing
-    int nx = 0, ny = 0;                           // sampled: nodes along x and y
+    int nx = 0, ny = 0;                           // sampled: nodes along x, y; brinkman: cells
     bool periodic_x = false, periodic_y = false;  // sampled: whether nodes nx, ny are the first
-    const double* nodes = nullptr;                // sampled: see padded_nodes in flow.hpp
+    const double* nodes = nullptr;  // sampled: see padded_nodes in flow.hpp; brinkman: see there
 };
 
 /// One droplet as the kernels see it: structure of arrays with ghost vertices at both ends.

@@ -49,7 +49,21 @@ static FlowObject sampled_flow(double x0, double y0, double dx, double dy, Grid 
     return object;
 }
 
-static Matrix flow_velocity(const FlowObject& self, Points points) {
+static FlowObject brinkman_flow(double radius, double x, double y, Grid cells) {
+    if (cells.shape(0) < 1 || cells.shape(1) != 8)
+        throw nb::value_error(
+            "cells must have the shape (n, 8); got another; give two cubics for each cell");
+    FlowObject object;
+    Flow& f = object.flow;
+    f = stokes_flow({x, y, radius});
+    f.kind = FlowKind::brinkman;
+    f.nx = static_cast<int>(cells.shape(0));
+    object.nodes.assign(cells.data(), cells.data() + 8 * cells.shape(0));
+    f.nodes = object.nodes.data();  // stays valid when the object is moved
+    return object;
+}
+
+static Matrix flow_at(const FlowObject& self, Points points) {
     const std::vector<Vec2> r = points_of(points);
     std::vector<double> x, y, u(r.size()), v(r.size());
     for (const Vec2& p : r) {
@@ -61,6 +75,39 @@ static Matrix flow_velocity(const FlowObject& self, Points points) {
     std::vector<Vec2> out(r.size());
     for (std::size_t i = 0; i < r.size(); ++i) out[i] = {u[i], v[i]};
     return array_of(out);
+}
+
+/// Velocities of the shape of the points: lists as well as arrays, one point as well as many.
+static nb::object flow_velocity(const FlowObject& self, nb::object points) {
+    const nb::object numpy = nb::module_::import_("numpy");
+    const nb::object array = numpy.attr("ascontiguousarray")(points, "float64");
+    const nb::object shape = numpy.attr("shape")(points);
+    if (nb::len(shape) == 0 || nb::cast<int>(shape[nb::int_(-1)]) != 2)
+        throw nb::value_error(("points must be an array whose last axis is x and y; got shape " +
+                               std::string(nb::str(shape).c_str()) +
+                               "; give [x, y] or an (n, 2) array")
+                                  .c_str());
+    const Points rows = nb::cast<Points>(array.attr("reshape")(-1, 2));
+    return nb::cast(flow_at(self, rows)).attr("reshape")(shape);
+}
+
+static std::string flow_text(const FlowObject& self) {
+    const Flow& f = self.flow;
+    const auto number = [](double value) {
+        return std::string(nb::str(nb::float_(value)).c_str());
+    };
+    switch (f.kind) {
+        case FlowKind::stokes:
+            return "<Flow: Stokes around an obstacle of radius " + number(f.radius) + " D0 at (" +
+                   number(f.x) + ", " + number(f.y) + ")>";
+        case FlowKind::uniform:
+            return "<Flow: uniform, (" + number(f.vx) + ", " + number(f.vy) + ") v_f∞>";
+        case FlowKind::sampled: break;
+    }
+    const std::string repeats = std::string(f.periodic_x ? "x" : "") + (f.periodic_y ? "y" : "");
+    return "<Flow: sampled at " + std::to_string(f.nx) + " by " + std::to_string(f.ny) +
+           " nodes from (" + number(f.x0) + ", " + number(f.y0) + ") D0" +
+           (repeats.empty() ? "" : ", periodic along " + repeats) + ">";
 }
 
 /// A collision together with the flow that it refers to.
@@ -349,13 +396,17 @@ void bind_collision(nb::module_& m) {
 
     nb::class_<FlowObject>(m, "Flow",
                            "Fluid velocity as a function of position, in units of v_f∞ and D0.")
-        .def("velocity", &flow_velocity, "points"_a, "Velocity (n, 2) at points (n, 2).");
+        .def("velocity", &flow_velocity, "points"_a,
+             "Velocity, v_f∞, at points [x, y], D0: one point, (2,), or many, (..., 2).")
+        .def("__repr__", &flow_text);
     m.def(
         "StokesFlow",
         [](double radius, double x, double y) {
             return FlowObject{stokes_flow({x, y, radius}), {}};
         },
         "radius"_a, "x"_a = 0.0, "y"_a = 0.0, "Stokes' flow near a cylinder at (x, y).");
+    m.def("BrinkmanFlow", &brinkman_flow, "radius"_a, "x"_a, "y"_a, "cells"_a,
+          "Brinkman's flow past a cylinder at (x, y), its parts as cubics in R/r: cells (n, 8).");
     m.def("UniformFlow", &uniform_flow, "vx"_a, "vy"_a, "The same velocity everywhere.");
     m.def("SampledFlow", &sampled_flow, "x0"_a, "y0"_a, "dx"_a, "dy"_a, "u"_a, "v"_a,
           "periodic_x"_a = false, "periodic_y"_a = false,

@@ -95,7 +95,7 @@ export class ParameterForm {
       const choices = p.choices ?? (typeof p.default === "boolean" ? ["true", "false"] : null);
       const field = choices ? document.createElement("select") : document.createElement("input");
       if (field instanceof HTMLSelectElement) field.replaceChildren(.../** @type {string[]} */ (choices).map((name) => new Option(name, name)));
-      else Object.assign(field, { type: "text", inputMode: "decimal", placeholder: p.follows ? `follows ${p.follows}` : "" });
+      else Object.assign(field, { type: "text", inputMode: "decimal" });
       const label = document.createElement("label");
       const text = document.createElement("span");
       const small = document.createElement("small");
@@ -115,6 +115,7 @@ export class ParameterForm {
       if (document.activeElement !== field || field instanceof HTMLSelectElement) field.value = values[name] === null ? "" : String(values[name]);
       field.setAttribute("aria-invalid", String(this.model.refusal(name, values[name], values) !== ""));
       field.disabled = !this.model.means(values, name);
+      if (field instanceof HTMLInputElement) field.placeholder = String(this.model.value(values, name) ?? "");
     }
   }
 }

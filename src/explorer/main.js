@@ -123,7 +123,7 @@ function arrived(values, quantities, computed) {
   scene.run = traces.run = computed;
   scene.radius = 1 / values.size_ratio;
   scene.offset = values.offset;
-  traces.threshold = values.neck_thickness;
+  traces.threshold = model.neckThreshold(values);
   engine?.prepare(computed.row);
   traces.from = Math.max(0, scene.entry);
   if (wantedMoment !== null) state.time = moment(wantedMoment);

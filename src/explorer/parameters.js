@@ -75,9 +75,19 @@ export class Model {
       front_tracking: Number(values.model === "front-tracking"),
       time_step: values.time_step === "auto" ? NaN : values.time_step,
       neck_separation_in_diameters: Number(values.neck_separation_unit === "diameter"),
+      neck_thickness: this.neckThreshold(values),
+      neck_thickness_is_fixed: Number(values.neck_thickness_unit === "thickness"),
       stop_at_breakup: Number(!values.follow_daughters),
     };
     return Float64Array.from(this.facts.fields, (/** @type {string} */ name) => own[name] ?? Number(this.value(values, name) ?? 0));
+  }
+
+  /**
+   * The thickness below which a neck breaks, D0; z of the chamber is R.
+   * @param {Values} values
+   */
+  neckThreshold(values) {
+    return values.neck_thickness_unit === "thickness" ? values.neck_thickness / values.size_ratio : values.neck_thickness;
   }
 
   /**

@@ -9,29 +9,33 @@ Names load on first use, so that importing the package costs next to nothing; `_
 which there are.
 """
 
-import importlib
-from typing import Any
+import importlib as _importlib
+from typing import Any as _Any
 
-import lazy_loader
+import lazy_loader as _lazy_loader
 
-_attribute, __dir__, _public_names = lazy_loader.attach_stub(__name__, __file__)
+from pinchoff.support.drawing import draw_with as _draw_with
+
+_attribute, __dir__, _public_names = _lazy_loader.attach_stub(__name__, __file__)
 __all__ = [*_public_names, "__version__"]
 
+_draw_with("pinchoff.figures.displays")
 
-def __getattr__(name: str) -> Any:
+
+def __getattr__(name: str) -> _Any:
     """Load a public name, or the compiled core, on first use."""
     if name == "__version__":
-        return importlib.import_module("importlib.metadata").version("pinchoff")
+        return _importlib.import_module("importlib.metadata").version("pinchoff")
     if name == "_core":
         return _load_core()
     return _attribute(name)
 
 
-def _load_core() -> Any:
+def _load_core() -> _Any:
     # Every module writes `from pinchoff import _core`, which asks here first: one place that can
     # say what to do when the extension is missing.
     try:
-        return importlib.import_module(f"{__name__}._core")
+        return _importlib.import_module(f"{__name__}._core")
     except ImportError as error:
         raise ImportError(
             "pinchoff._core, the compiled part of pinchoff, must be importable; got "

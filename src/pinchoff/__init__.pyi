@@ -1,6 +1,7 @@
 """The public names and the room each comes from; `__init__.py` loads them on first use."""
 
 from . import chamber as chamber
+from . import figures as figures
 from .collisions.importing import ImportedCollisions as ImportedCollisions
 from .collisions.importing import import_collisions as import_collisions
 from .collisions.law import Line as Line
@@ -69,6 +70,7 @@ __all__ = [
     "chamber",
     "errors",
     "export_clip",
+    "figures",
     "fit_law",
     "flow",
     "import_collisions",

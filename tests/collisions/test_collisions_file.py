@@ -58,7 +58,9 @@ def test_further_columns_keep_their_unit(measured, tmp_path):
 def test_simulated_rows_are_written_too(tmp_path):
     table = po.simulate_many([po.Parameters(offset=y) for y in (0.0, 0.3)])
     write_collisions(table, tmp_path / "table.parquet")
-    pd.testing.assert_frame_equal(po.read_collisions(tmp_path / "table.parquet"), table)
+    read = po.read_collisions(tmp_path / "table.parquet")
+    pd.testing.assert_frame_equal(read[list(table)], table)
+    assert read[list({*read} - {*table})].isna().all(axis=None)
 
 
 def test_csv_for_other_programs(measured, tmp_path):

@@ -107,6 +107,12 @@ def test_daughters_in_any_order(physical):
     assert table["daughter_area_ratio"].to_numpy()[1] == pytest.approx(0.5)
 
 
+def test_one_daughter_alone_gives_no_ratio(physical):
+    physical["first_daughter_area_mm2"] = [np.nan, 0.12, np.nan]
+    table = po.import_collisions(physical, **HOW).table
+    assert table["daughter_area_ratio"].isna().all()
+
+
 @pytest.mark.parametrize(
     ("column", "value", "reason"),
     [

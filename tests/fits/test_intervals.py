@@ -31,9 +31,9 @@ def log_likelihood(table, alpha, beta, w):
     """Of the law as the paper writes it."""
     bk = po.breakup_number(
         table["capillary_number"],
-        table["normalized_area"],
-        table["symmetry"],
-        table["normalized_thickness"],
+        normalized_area=table["normalized_area"],
+        symmetry=table["symmetry"],
+        normalized_thickness=table["normalized_thickness"],
         line=po.Line(alpha, beta),
     )
     sign = np.where(table["broke"], 1.0, -1.0)

@@ -71,7 +71,11 @@ def test_groups_are_those_of_the_first_contact():
     assert row["offset"] == pytest.approx(0.1)
     assert row["normalized_area"] == pytest.approx(math.pi / 4 * 1.2**2 / 0.4**2)
     assert row["breakup_number"] == pytest.approx(
-        float(breakup_number(p.capillary_number, row["normalized_area"], row["symmetry"]))
+        float(
+            breakup_number(
+                p.capillary_number, normalized_area=row["normalized_area"], symmetry=row["symmetry"]
+            )
+        )
     )
     assert row["capillary_number"] == p.capillary_number
 

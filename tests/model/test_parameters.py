@@ -325,7 +325,7 @@ def test_wrong_quantity_is_refused_by_name(refused, experiment, name, value):
 
 def test_offset_may_be_negative_or_missing(experiment):
     left_out = {name: value for name, value in experiment.items() if name != "offset"}
-    assert po.Parameters.from_physical(**left_out).offset == 0
+    assert po.Parameters.from_physical(**left_out).offset == po.Parameters().offset
     assert po.Parameters.from_physical(**left_out, offset="-20 um").offset < 0
 
 
@@ -493,7 +493,7 @@ def test_unreadable_file_is_refused(refused, tmp_path):
 
 def test_every_parameter_is_an_entry_with_a_place_in_the_core_s_row():
     assert {*PARAMETERS, "scale"} == {*po.Parameters.model_fields}
-    places = {entry.place for entry in PARAMETERS.values()}
+    places = {entry.place for entry in PARAMETERS.values() if entry.in_core}
     assert places | {*CORE_CONSTANTS} == {*_core.MODEL_FIELDS}
     for name, entry in PARAMETERS.items():
         assert f"    {name} : {entry.kind}\n" in po.Parameters.__doc__
@@ -598,3 +598,25 @@ def test_any_values_are_refused_in_one_form_or_kept_as_they_are(values):
     row = p.model_row()
     assert np.isfinite(row).all()
     assert row[_core.MODEL_FIELDS.index("obstacle_radius")] == 1 / p.size_ratio
+
+
+def test_the_defaults_are_these():
+    assert po.Parameters().model_dump() == {
+        "model": "deformable-particle",
+        "size_ratio": 5.66,
+        "simulation_capillary_number": 25.0,
+        "offset": 0.05,
+        "vertex_count": 64,
+        "line_tension": 80.0,
+        "edge_stiffness": 3.0,
+        "area_stiffness": 400000.0,
+        "wall_stiffness": 100.0,
+        "start_distance": 5.0,
+        "time_step": "auto",
+        "time_limit": 30.0,
+        "neck_thickness": 0.167,
+        "neck_separation": 0.28,
+        "neck_separation_unit": "perimeter",
+        "follow_daughters": True,
+        "scale": None,
+    }

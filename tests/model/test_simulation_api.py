@@ -292,7 +292,9 @@ def test_rows_do_not_depend_on_the_threads(mixed, table, threads):
 def test_a_row_is_the_collision_alone(mixed, table):
     for i in (0, 4, 10):
         row = {name: table[name].iloc[i] for name in table.columns}
-        assert_same_row({**po.simulate(mixed[i]).to_row(), "collision_id": i}, row)
+        alone = {**po.simulate(mixed[i]).to_row(), "collision_id": i}
+        assert_same_row({name: alone[name] for name in row}, row)
+        assert all(math.isnan(alone[name]) for name in alone.keys() - row.keys())
 
 
 def test_generator_in_chunks_gives_the_same(mixed, table, monkeypatch):
@@ -346,8 +348,12 @@ def test_no_parameters_make_an_empty_table_with_the_same_columns(table):
 
 
 def test_columns_follow_the_schema(table):
-    assert list(table.columns) == [column.name for column in collisions.COLUMNS]
-    assert table.attrs["units"] == collisions.units()
+    whole = po.simulate_many([BREAKING], all_columns=True)
+    assert list(whole.columns) == [column.name for column in collisions.COLUMNS]
+    assert whole.attrs["units"] == collisions.units()
+    assert list(table.columns) == [name for name in whole if name in table]
+    assert whole[list({*whole} - {*table})].isna().all(axis=None)
+    assert table.attrs["units"] == {name: collisions.units()[name] for name in table}
     assert len(collisions.units()) == len(collisions.COLUMNS)
     names = "source capillary_number normalized_area normalized_thickness symmetry speed broke"
     assert set(names.split()) <= set(table.columns)
@@ -369,14 +375,18 @@ def test_breakup_number_is_one_on_the_line():
     forcing = np.array([0.04, 0.1, 0.2])
     for line in (law.PAPER_SIMULATION_LINE, law.PAPER_EXPERIMENT_LINE):
         on_line = line.alpha * forcing**line.beta
-        np.testing.assert_allclose(law.breakup_number(forcing, 1, on_line, line=line), 1)
-        assert (law.breakup_number(forcing, 1, 1.1 * on_line, line=line) > 1).all()
-    assert np.isnan(law.breakup_number(0.04, 1, math.nan))
+        np.testing.assert_allclose(
+            law.breakup_number(forcing, normalized_area=1, symmetry=on_line, line=line), 1
+        )
+        assert (
+            law.breakup_number(forcing, normalized_area=1, symmetry=1.1 * on_line, line=line) > 1
+        ).all()
+    assert np.isnan(law.breakup_number(0.04, normalized_area=1, symmetry=math.nan))
 
 
 def test_physical_columns_are_the_dimensionless_ones_in_units(experiment):
     p = po.Parameters.from_physical(**experiment)
-    t = po.simulate_many([p, BREAKING])
+    t = po.simulate_many([p, BREAKING], all_columns=True)
     row, bare = t.iloc[0], t.iloc[1]
     assert row["contact_time_s"] == pytest.approx(row["contact_time"] * 0.481)
     assert row["speed_mm_s"] == pytest.approx(row["contact_speed"] * 1.0)
@@ -399,7 +409,10 @@ def test_stopped_runs_are_rejected_rows_and_leave_the_others_alone(mixed, table)
     assert failed["broke"].isna().all()
     assert failed["reject_reason"].str.contains("raise area_stiffness").all()
     rest = t.iloc[1:-1].reset_index(drop=True)
-    assert_same(rest.drop(columns="collision_id"), table.drop(columns="collision_id"))
+    assert_same(
+        rest.drop(columns="collision_id")[table.columns[table.columns != "collision_id"]],
+        table.drop(columns="collision_id"),
+    )
 
 
 def test_a_run_that_fails_after_its_first_break_up_broke():

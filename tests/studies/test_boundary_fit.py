@@ -38,7 +38,9 @@ def test_an_exact_line_comes_back():
 def test_points_on_the_line_have_breakup_number_one():
     fit = fit_line(CA, AREA, 0.1 * (CA * AREA) ** -0.6)
     on_line, _, _ = fit.symmetry(CA, AREA)
-    assert breakup_number(CA, AREA, on_line, line=fit.line) == pytest.approx(np.ones(9))
+    assert breakup_number(
+        CA, normalized_area=AREA, symmetry=on_line, line=fit.line
+    ) == pytest.approx(np.ones(9))
 
 
 def test_a_free_exponent_of_the_area_comes_back():

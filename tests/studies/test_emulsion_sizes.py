@@ -187,5 +187,5 @@ def test_a_breakup_is_put_down_to_the_pillar_at_its_neck():
     table = contact_outcomes(events, circles, parameters, end=10.0, width=6.0)
     assert table["broke"].tolist() == [False, True, False]
     assert table["settled"].tolist() == [True, True, False]
-    expected = breakup_number(9.8e-5 * 40 * 0.5, 0.8 / 0.09, 0.5)
+    expected = breakup_number(9.8e-5 * 40 * 0.5, normalized_area=0.8 / 0.09, symmetry=0.5)
     assert table["breakup_number"].tolist() == pytest.approx([float(expected)] * 3)

@@ -43,9 +43,9 @@ def test_groups_follow_from_the_physical_columns(table):
 def test_break_up_is_drawn_from_the_law_with_the_true_symmetry(table):
     bk = po.breakup_number(
         table["capillary_number"],
-        table["normalized_area"],
-        table["true_symmetry"],
-        table["normalized_thickness"],
+        normalized_area=table["normalized_area"],
+        symmetry=table["true_symmetry"],
+        normalized_thickness=table["normalized_thickness"],
         line="paper-experiment",
     )
     assert np.log10(bk.max() / bk.min()) > 6  # the paper: over six orders of magnitude
@@ -103,9 +103,9 @@ def test_the_engine_breaks_what_the_law_says_mostly():
     known = table[table["broke"].notna()]
     bk = po.breakup_number(
         known["capillary_number"],
-        known["normalized_area"],
-        known["symmetry"],
-        known["normalized_thickness"],
+        normalized_area=known["normalized_area"],
+        symmetry=known["symmetry"],
+        normalized_thickness=known["normalized_thickness"],
     )
     broke = known["broke"].to_numpy(dtype=bool)
     assert broke[bk > 3].mean() > 0.9

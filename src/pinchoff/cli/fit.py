@@ -77,7 +77,8 @@ def fit(
         option(
             "NAME",
             "Fit its exponent: area, thickness, viscosity, surface_tension or speed; may "
-            "be repeated. The radius's follows from those of area and thickness",
+            "be repeated. The radius's follows from those of area and thickness; radius "
+            "frees all three",
             default="none",
             panel=_FIT,
         ),

@@ -23,6 +23,7 @@ _TABLE = (
     "contact_speed",
     "speed_mm_s",
     "maximum_shape_parameter",
+    "spring_tension_ratio",
     "minimum_neck",
     "neck_um",
     "breakup_time",

@@ -26,6 +26,8 @@ from pinchoff.cli.options import (
     switch,
 )
 from pinchoff.cli.output import announce, print_collision, write_json
+from pinchoff.model.run_files import OUTLINES
+from pinchoff.model.run_files import REPORT as RESULTS
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import progress_bar
 
@@ -34,8 +36,6 @@ if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
     from pinchoff.model.results import Collision
 
-RESULTS = "collision.json"
-OUTLINES = "outlines.gsd"
 SNAPSHOTS = "snapshots.png"
 MOVIE = "movie.mp4"
 _FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)

@@ -213,7 +213,10 @@ def _with_unit(frame: pd.DataFrame, name: str) -> str | None:
         if column is not None:
             return column
     in_brackets = [str(column) for column in frame.columns if _bare(column) == _key(name)]
-    return in_brackets[0] if in_brackets else _named(frame, name)
+    if in_brackets:
+        return in_brackets[0]
+    # In a table of simulations a bare name, such as speed, is a number without a unit.
+    return None if "simulation_capillary_number" in frame else _named(frame, name)
 
 
 def _bare(column: object) -> str | None:

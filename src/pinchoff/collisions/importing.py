@@ -19,11 +19,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pinchoff.collisions.columns import LARGEST, QUANTITIES, Place, find_columns
-from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reading import read_table
 from pinchoff.collisions.reasons import OUTCOME_UNKNOWN, general_reason, not_measured
 from pinchoff.collisions.schema import measured_table, synthetic
 from pinchoff.support.checked import unknown_name
+from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.quantities import capillary_number, magnitude_of
 
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-_BK = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
 _REQUIRED = ("capillary_number", "normalized_area", "normalized_thickness", "symmetry")
 
 _BROKE = (
@@ -66,7 +66,7 @@ _WRITTEN_OTHERWISE = (
 
 
 @dataclass(frozen=True, eq=False)
-class ImportedCollisions:
+class ImportedCollisions(Drawable):
     """A checked table of collisions.
 
     Attributes
@@ -435,5 +435,5 @@ def _table(
     if "source" in places:
         columns["source"] = frame[places["source"].column].to_numpy(dtype=object)[kept]
     columns["collision_id"] = np.flatnonzero(kept)
-    columns["breakup_number"] = breakup_number(*(columns[group] for group in _BK))
+    columns["breakup_number"] = breakup_number_of(columns)
     return measured_table(columns)

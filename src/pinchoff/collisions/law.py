@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol, TypeAlias
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,12 +24,30 @@ class Line(NamedTuple):
     Examples
     --------
     >>> import pinchoff as po
-    >>> round(float(po.breakup_number(0.0024, 25, 1.0, line=po.Line(0.083, -0.74))), 2)
+    >>> line = po.Line(0.083, -0.74)
+    >>> round(line(0.0024 * 25), 3)
+    0.666
+    >>> round(po.breakup_number(0.0024, normalized_area=25, symmetry=1, line=line), 2)
     1.73
     """
 
     alpha: float
     beta: float
+
+    def __call__(self, control: ArrayLike) -> Any:
+        """Return S_c at x = Ca Ã z̃, a float for one x and an array, shape (...), for many.
+
+        Examples
+        --------
+        >>> round(Line(0.083, -0.74)(0.06), 3)
+        0.666
+        """
+        return as_given(self.alpha * np.asarray(control, dtype=np.float64) ** self.beta)
+
+
+def as_given(values: NDArray[np.float64]) -> Any:
+    """Return numbers in the form in which they were asked for: of a scalar a float."""
+    return values.item() if values.ndim == 0 else values
 
 
 class HasLine(Protocol):
@@ -62,14 +81,29 @@ LINES = {
 """Separating lines by name."""
 
 
+ARGUMENTS = ("capillary_number", "normalized_area", "symmetry", "normalized_thickness")
+"""Columns that decide Bk, as arguments of `breakup_number`."""
+
+
+def breakup_number_of(columns: Mapping[str, Any]) -> Any:
+    """Return Bk of collisions from the columns of their table."""
+    capillary_number, normalized_area, symmetry, thickness = (columns[name] for name in ARGUMENTS)
+    return breakup_number(
+        capillary_number,
+        normalized_area=normalized_area,
+        symmetry=symmetry,
+        normalized_thickness=thickness,
+    )
+
+
 def breakup_number(
     capillary_number: ArrayLike,
+    *,
     normalized_area: ArrayLike,
     symmetry: ArrayLike,
     normalized_thickness: ArrayLike = 1.0,
-    *,
     line: LineLike = PAPER_SIMULATION_LINE,
-) -> NDArray[np.float64]:
+) -> Any:
     r"""Distance of a collision from the separating line; 1 on the line, larger where it breaks.
 
     .. math:: \mathrm{Bk} = \mathrm{Ca}\,\tilde A\,\tilde z \,(S/\alpha)^{-1/\beta}
@@ -92,8 +126,8 @@ def breakup_number(
 
     Returns
     -------
-    ndarray, shape (...)
-        Bk, dimensionless; 0 where S = 0.
+    float or ndarray, shape (...)
+        Bk, dimensionless; 0 where S = 0. Of numbers alone a float.
 
     Raises
     ------
@@ -103,7 +137,9 @@ def breakup_number(
     Examples
     --------
     >>> import pinchoff as po
-    >>> float(po.breakup_number(2.4e-3, 25.0, 0.8, line="paper-rounded").round(3))
+    >>> bk = po.breakup_number(
+    ...     2.4e-3, normalized_area=25, symmetry=0.8, line="paper-rounded")
+    >>> round(bk, 3)
     1.248
     """
     known = as_line(line)
@@ -113,7 +149,8 @@ def breakup_number(
         * np.asarray(normalized_thickness, dtype=np.float64)
     )
     relative_symmetry = np.asarray(symmetry, dtype=np.float64) / known.alpha
-    return np.asarray(forcing * relative_symmetry ** (-1.0 / known.beta), dtype=np.float64)
+    number = forcing * relative_symmetry ** (-1.0 / known.beta)
+    return as_given(np.asarray(number, dtype=np.float64))
 
 
 def as_line(line: LineLike) -> Line:

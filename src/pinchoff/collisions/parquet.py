@@ -110,12 +110,15 @@ def write_collisions(
     Parameters
     ----------
     frame : DataFrame
-        With `SHARED_COLUMNS`, and any others of `COLUMNS`.
+        With `SHARED_COLUMNS`, and any others of `COLUMNS`. Numbers that it lacks were not measured.
     path : path
     more : sequence of Column, optional
         What further columns of the frame are.
     """
-    write_table(frame, path, (*COLUMNS, *more))
+    lacking = {
+        c.name: np.nan for c in SHARED_COLUMNS if c.dtype == "float64" and c.name not in frame
+    }
+    write_table(frame.assign(**lacking), path, (*COLUMNS, *more))
 
 
 def require_table_name(argument: str, path: Path) -> None:

@@ -49,6 +49,9 @@ def count_column(name: str, meaning: str) -> Column:
     return Column(name, "1", "int64", meaning)
 
 
+CA_SPEEDS = ("far", "contact")
+"""Speeds that Ca is made with."""
+
 OUTCOMES = ("slipped", "broke", "captured", "failed")
 """What can come of a run, in the order of the core's codes."""
 
@@ -61,8 +64,10 @@ COLUMNS: tuple[Column, ...] = (
     measure_column("offset", "D0", "start y of the droplet relative to the obstacle's centre"),
     # The groups of the break-up law
     measure_column(
-        "capillary_number", "1", "Ca = μv/γ; in a simulation 9.8e-5 Ca_sim, with v = v_f∞"
+        "capillary_number", "1", "Ca = μv/γ; of simulations as ca_per_ca_sim and ca_speed say"
     ),
+    measure_column("ca_per_ca_sim", "1", "Ca/Ca_sim that was assumed"),
+    Column("ca_speed", "", "category", "speed in Ca: v_f∞, or at first contact", CA_SPEEDS),
     measure_column("normalized_area", "1", "Ã = A/R²"),
     measure_column("normalized_thickness", "1", "z̃ = z/R"),
     measure_column("symmetry", "1", "S at first contact"),
@@ -85,6 +90,11 @@ COLUMNS: tuple[Column, ...] = (
     measure_column("neck_thickness", "D0", "thinnest neck from first contact on"),
     measure_column("minimum_neck", "D0", "the same as neck_thickness"),
     measure_column("maximum_shape_parameter", "1", "largest 𝒜 after contact, before any break-up"),
+    measure_column(
+        "spring_tension_ratio",
+        "1",
+        "greatest mean tension of the springs over line tension, as maximum_shape_parameter",
+    ),
     measure_column(
         "daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"
     ),
@@ -161,13 +171,15 @@ def units() -> dict[str, str]:
     return {column.name: column.unit for column in COLUMNS}
 
 
-def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
+def table(parts: Sequence[Mapping[str, NDArray[Any]]], more: Sequence[Column] = ()) -> pd.DataFrame:
     """Join columns, given in parts, to a table with the units in ``attrs["units"]``.
 
     Parameters
     ----------
     parts : sequence of mapping of str to ndarray, shape (rows of the part,)
-        Every part holds every column of `COLUMNS`.
+        Every part holds every column of `COLUMNS` and of `more`.
+    more : sequence of Column, optional
+        Further columns, which stand behind these.
 
     Returns
     -------
@@ -176,9 +188,9 @@ def table(parts: Sequence[Mapping[str, NDArray[Any]]]) -> pd.DataFrame:
     """
     joined = {
         column.name: np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)
-        for column in COLUMNS
+        for column in (*COLUMNS, *more)
     }
-    return _frame(joined, COLUMNS)
+    return _frame(joined, (*COLUMNS, *more))
 
 
 def measured_table(

@@ -72,6 +72,7 @@ def facts() -> dict[str, Any]:
         "presets": [
             {"name": n, "description": preset_description(n), "constants": preset_constants(n)}
             for n in preset_names()
+            if all(PARAMETERS[c].in_core for c in preset_constants(n))
         ],
         "lines": [
             {"name": name, "label": _LINE_LABELS.get(name, name), **line._asdict()}
@@ -86,6 +87,8 @@ def facts() -> dict[str, Any]:
 
 def _parameters() -> Iterator[dict[str, Any]]:
     for name, entry in PARAMETERS.items():
+        if not entry.in_core:  # the page reads Ca as by default
+            continue
         yield {
             "name": name,
             "default": DEFAULTS.get(name),
@@ -120,7 +123,7 @@ def _constants() -> dict[str, float]:
     """Return the numbers of the row that no parameter decides."""
     from pinchoff import _core
 
-    decided = {entry.place for entry in PARAMETERS.values()}
+    decided = {entry.place for entry in PARAMETERS.values() if entry.in_core}
     row = dict(zip(_core.MODEL_FIELDS, Parameters().model_row().tolist(), strict=True))
     return {name: value for name, value in row.items() if name not in decided}
 

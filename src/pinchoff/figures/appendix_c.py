@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 from pinchoff.figures import style
@@ -48,7 +47,7 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
     slope = slopes(rows)
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.ONE_COLUMN, 5.2), layout="constrained")
+            figure = style.new_figure(style.ONE_COLUMN, 5.2)
             axes = list(figure.subplots(2, 1))
         above, below = axes
         colors = style.ordered_colors(rows["line_tension"])

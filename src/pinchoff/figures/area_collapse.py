@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.figures import style
 from pinchoff.figures.phase_diagram import logarithmic_axes
@@ -42,7 +41,7 @@ def area_collapse(boundary: Boundary, axes: Sequence[Axes] | None = None) -> lis
     fits = [boundary.fit(), boundary.fit(free_area=True)]
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.TWO_COLUMNS, 2.9), layout="constrained")
+            figure = style.new_figure(style.TWO_COLUMNS, 2.9)
             axes = list(figure.subplots(1, 2, sharey=True))
         for panel, fit in zip(axes, fits, strict=True):
             _draw_collapse(panel, boundary.found, fit)

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.collisions.law import transition_factor
@@ -55,7 +54,7 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
     broke = seen["broke"].to_numpy(dtype=bool)
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.ONE_COLUMN, 2.9), layout="constrained")
+            figure = style.new_figure(style.ONE_COLUMN, 2.9)
             axes = figure.subplots()
         lowest = max(number.min(), _LOWEST)
         edges = logarithmic_edges(lowest, number.max(), _PER_DECADE)

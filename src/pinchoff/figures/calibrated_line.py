@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.figures import style
@@ -53,7 +52,7 @@ def objective_landscape(
     """
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.ONE_COLUMN, 3.1), layout="constrained")
+            figure = style.new_figure(style.ONE_COLUMN, 3.1)
             axes = figure.subplots()
         norm = LogNorm(landscape.objective.min(), landscape.objective.max())
         edges = (_edges(landscape.x), _edges(landscape.y))
@@ -101,7 +100,7 @@ def calibrated_line(calibration: Calibration, axes: Axes | None = None) -> Axes:
     control, target = calibration.control, calibration.target
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.ONE_COLUMN, 3.0), layout="constrained")
+            figure = style.new_figure(style.ONE_COLUMN, 3.0)
             axes = figure.subplots()
         wide = np.geomspace(0.9 * control[0], 1.1 * control[-1], 100)
         if not isinstance(target, CollisionsTarget):

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch, PathPatch, Rectangle
 from matplotlib.path import Path as Outline
 from shapely.geometry.base import BaseGeometry
@@ -95,7 +94,7 @@ def _wide_panel(bounds: tuple[float, float, float, float], violations: int) -> A
     left, low, right, high = bounds
     height = (style.TWO_COLUMNS - 0.5) * (high - low) / (right - left) + 0.95
     height += 0.11 * min(violations, _LISTED + 1)  # the lines of the list above it
-    figure = Figure(figsize=(style.TWO_COLUMNS, height), layout="constrained")
+    figure = style.new_figure(style.TWO_COLUMNS, height)
     return figure.subplots()
 
 

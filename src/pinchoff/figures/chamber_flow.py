@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
@@ -46,7 +45,7 @@ def chamber_flow(check: FlowCheck) -> list[Axes]:
         The device, the close-up and the profiles; of one new figure across two columns.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 5.0), layout="constrained")
+        figure = style.new_figure(style.TWO_COLUMNS, 5.0)
         panels = figure.subplot_mosaic(
             [["device", "device"], ["close", "profile"]],
             height_ratios=[1.0, 1.15],
@@ -72,7 +71,7 @@ def flow_comparison(compared: FlowComparison) -> list[Axes]:
         The two collisions, the speed beside the obstacle and the separating lines.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 4.9), layout="constrained")
+        figure = style.new_figure(style.TWO_COLUMNS, 4.9)
         panels = figure.subplot_mosaic(
             [["chamber", "stokes"], ["profile", "line"]], height_ratios=[1.0, 1.45]
         )
@@ -187,11 +186,14 @@ def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
     )
     for flow, color, name in flows:
         axes.plot(
-            flow.velocity(points)[:, 0], y / radius, color=color, label=f"{name}, beside ($x=0$)"
+            np.asarray(flow.velocity(points))[:, 0],
+            y / radius,
+            color=color,
+            label=f"{name}, beside ($x=0$)",
         )
         ahead = np.column_stack([-y, np.zeros_like(y)])
         axes.plot(
-            *(flow.velocity(ahead)[:, 0], y / radius),
+            *(np.asarray(flow.velocity(ahead))[:, 0], y / radius),
             color=color,
             ls=(0, (3, 1.5)),
             label=f"{name}, before ($y=0$)",

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
@@ -58,7 +57,7 @@ def constant_height(
     beta = as_line(line).beta
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.TWO_COLUMNS, 2.6), layout="constrained")
+            figure = style.new_figure(style.TWO_COLUMNS, 2.6)
             axes = list(figure.subplots(1, 2, width_ratios=(1.15, 1)))
         _draw_construction(axes[0], beta, small_symmetry)
         _draw_exponent(axes[1], beta)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PatchCollection
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, PathPatch, Polygon
 from matplotlib.path import Path
 
@@ -133,7 +132,7 @@ def _outlines_of(collision: Collision) -> Outlines:
 
 
 def _one_panel() -> Axes:
-    figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
+    figure = style.new_figure(style.ONE_COLUMN, 2.5)
     return figure.subplots()
 
 

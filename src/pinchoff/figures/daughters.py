@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.collisions.circle_segments import area_ratio_bound
 from pinchoff.collisions.schema import synthetic
@@ -50,7 +49,7 @@ def daughter_areas(
     above = int((ratio > area_ratio_bound(symmetry)).sum())
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.ONE_COLUMN, 2.8), layout="constrained")
+            figure = style.new_figure(style.ONE_COLUMN, 2.8)
             axes = figure.subplots()
         points = axes.scatter(
             symmetry,

@@ -6,7 +6,6 @@ import os
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
@@ -43,7 +42,7 @@ def compared(comparison: Comparison) -> list[Axes]:
         droplet is ahead of the filmed one at equal times.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 6.6), layout="constrained")
+        figure = style.new_figure(style.TWO_COLUMNS, 6.6)
         grid = figure.add_gridspec(4, _PANELS, height_ratios=(1.15, 1.0, 1.0, 0.7))
         shown = _shown(comparison)
         chosen = shown[np.unique(np.linspace(0, len(shown) - 1, _PANELS).round().astype(int))]

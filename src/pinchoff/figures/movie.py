@@ -1,9 +1,11 @@
-"""A film of a run, as H.264 in an MP4 file: every player and slide program shows it."""
+"""A film of a run: as H.264 in an MP4 file, as a GIF, or as a player in a page."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from matplotlib.figure import Figure
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
 from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
 
 _PIXELS = (960, 540)  # both even, as yuv420p needs
 _DOTS_PER_INCH = 160
+_SMALL_DOTS_PER_INCH = 96  # of a GIF and of a player
 _FONT_SIZE = 11  # points
 _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
 _QUALITY = 18  # constant rate factor of x264: no visible loss
@@ -52,17 +56,115 @@ def write_movie(
         PyAV or OpenCV is not installed, the name does not end in ``.mp4``, fps is not from 1 to
         240, or no droplet ever comes into view.
     """
-    if not 1 <= fps <= 240:
-        raise InputError.of("fps", "from 1 to 240", fps, "choose frames per second of film")
-    window = _window(outlines)
-    frames = _frames_in_view(outlines, window)
-    if not frames:
-        raise InputError.of("outlines", "near the obstacles", outlines, "give a whole run")
+    _require_rate(fps)
+    stage = _Stage(outlines)
     with ClipWriter(path, _PIXELS, fps, _QUALITY) as film:
-        for done, pixels in enumerate(_drawn(outlines, frames, window), start=1):
+        for done, pixels in enumerate(stage.pictures(), start=1):
             film.append(pixels)
             if progress is not None:
-                progress(done, len(frames))
+                progress(done, len(stage.frames))
+
+
+@dataclass(frozen=True, repr=False)
+class Player:
+    """A film with buttons, which a notebook shows.
+
+    Attributes
+    ----------
+    page : str
+        Its HTML, with everything inside.
+    frame_count : int
+    """
+
+    page: str
+    frame_count: int
+
+    def _repr_html_(self) -> str:
+        return self.page
+
+    def __repr__(self) -> str:
+        return f"<Player of {self.frame_count} frames: a notebook shows it>"
+
+
+def animate(
+    outlines: Outlines, path: str | os.PathLike[str] | None = None, fps: int = 30
+) -> Player | None:
+    """Film a run, into a file or as a player for a notebook.
+
+    Parameters
+    ----------
+    outlines : Outlines
+        The run. Every frame in which a droplet is in view is shown.
+    path : path, optional
+        The file, which appears when it is complete: ``.gif``, ``.html``, or ``.mp4``, which needs
+        the extra ``video``.
+    fps : int, optional
+        Frames of the outlines per second of film, from 1 to 240.
+
+    Returns
+    -------
+    Player or None
+        The player, if there is no path.
+
+    Raises
+    ------
+    InputError
+        An argument is wrong, or no droplet ever comes into view.
+
+    Examples
+    --------
+    >>> import pinchoff as po
+    >>> po.simulate(po.Parameters(), outlines=1.0).animate()
+    <Player of 3 frames: a notebook shows it>
+    """
+    _require_rate(fps)
+    if path is None:
+        return _player(outlines, fps)
+    target = Path(path)
+    writers = {".mp4": write_movie, ".gif": _write_gif, ".html": _write_page}
+    if target.suffix not in writers:
+        rule = f"a name ending in {', '.join(writers)}"
+        raise InputError.of("path", rule, target.name, "choose one of them")
+    writers[target.suffix](target, outlines, fps)
+    return None
+
+
+def _require_rate(fps: int) -> None:
+    if not 1 <= fps <= 240:
+        raise InputError.of("fps", "from 1 to 240", fps, "choose frames per second of film")
+
+
+def _write_gif(path: Path, outlines: Outlines, fps: int) -> None:
+    from PIL import Image
+
+    stage = _Stage(outlines, _SMALL_DOTS_PER_INCH)
+    first, *others = [
+        Image.fromarray(pixels).quantize(64, method=Image.Quantize.FASTOCTREE)
+        for pixels in stage.pictures()
+    ]
+    # A GIF counts hundredths of a second, and viewers slow down what is faster than two.
+    duration = max(20, round(100 / fps) * 10)
+    with written_aside(path) as unfinished:
+        first.save(
+            unfinished, "gif", save_all=True, append_images=others, duration=duration, loop=0
+        )
+
+
+def _write_page(path: Path, outlines: Outlines, fps: int) -> None:
+    with written_aside(path) as unfinished:
+        page = _player(outlines, fps).page
+        unfinished.write_text(f"<!doctype html><meta charset='utf-8'>{page}", encoding="utf-8")
+
+
+def _player(outlines: Outlines, fps: int) -> Player:
+    from matplotlib import rc_context
+    from matplotlib.animation import FuncAnimation
+
+    stage = _Stage(outlines, _SMALL_DOTS_PER_INCH)
+    look: Any = {"animation.embed_limit": 200, "savefig.dpi": _SMALL_DOTS_PER_INCH}
+    with rc_context(look):
+        film = FuncAnimation(stage.canvas.figure, stage.show, frames=stage.frames)
+        return Player(film.to_jshtml(fps=fps), len(stage.frames))
 
 
 def _window(outlines: Outlines) -> Window:
@@ -92,19 +194,38 @@ def _frames_in_view(outlines: Outlines, window: Window) -> list[int]:
     return [int(frame) for frame in np.unique(outlines.frame[seen])]
 
 
-def _drawn(outlines: Outlines, frames: list[int], window: Window) -> Iterator[Pixels]:
-    """Draw the frames one after the other: (height, width, 3) of red, green and blue."""
-    scale = Scale.of(outlines)
-    with style.journal_style(_FONT_SIZE):
+class _Stage:
+    """A figure that shows one frame of a run after the other."""
+
+    def __init__(self, outlines: Outlines, dots_per_inch: int = _DOTS_PER_INCH) -> None:
+        window = _window(outlines)
+        self.frames = _frames_in_view(outlines, window)
+        if not self.frames:
+            raise InputError.of("outlines", "near the obstacles", outlines, "give a whole run")
+        self._outlines = outlines
+        self._scale = Scale.of(outlines)
         size = (_PIXELS[0] / _DOTS_PER_INCH, _PIXELS[1] / _DOTS_PER_INCH)
-        canvas: Any = FigureCanvasAgg(Figure(figsize=size, dpi=_DOTS_PER_INCH))  # it has no types
-        axes = canvas.figure.add_axes((0, 0, 1, 1))
-        draw_chamber(axes, outlines, window)
-        draw_scale_bar(axes, window, scale)
-        label = axes.text(0.02, 0.96, "", transform=axes.transAxes, va="top")
-        for frame in frames:
-            droplets = draw_droplets(axes, outlines[frame], rim=1.5)
-            label.set_text(scale.time_label(outlines.times[frame]))
-            canvas.draw()
-            yield np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
-            droplets.remove()
+        with style.journal_style(_FONT_SIZE):
+            figure = Figure(figsize=size, dpi=dots_per_inch)
+            self.canvas: Any = FigureCanvasAgg(figure)  # it has no types
+            self._axes = figure.add_axes((0, 0, 1, 1))
+            draw_chamber(self._axes, outlines, window)
+            draw_scale_bar(self._axes, window, self._scale)
+            corner = self._axes.transAxes
+            self._label = self._axes.text(0.02, 0.96, "", transform=corner, va="top")
+        self._droplets: Any = None
+
+    def show(self, frame: int) -> None:
+        """Show a frame of the outlines."""
+        if self._droplets is not None:
+            self._droplets.remove()
+        self._droplets = draw_droplets(self._axes, self._outlines[frame], rim=1.5)
+        self._label.set_text(self._scale.time_label(self._outlines.times[frame]))
+
+    def pictures(self) -> Iterator[Pixels]:
+        """Draw all frames: (height, width, 3) of red, green and blue."""
+        with style.journal_style(_FONT_SIZE):
+            for frame in self.frames:
+                self.show(frame)
+                self.canvas.draw()
+                yield np.ascontiguousarray(np.asarray(self.canvas.buffer_rgba())[..., :3])

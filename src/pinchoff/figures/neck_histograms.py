@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
@@ -61,7 +60,7 @@ def neck_histograms(
     with style.journal_style():
         if axes is None:
             width = style.ONE_COLUMN if history is None else style.TWO_COLUMNS
-            figure = Figure(figsize=(width, 2.6), layout="constrained")
+            figure = style.new_figure(width, 2.6)
             panels = figure.subplots(1, 1 if history is None else 2, squeeze=False)
             axes = list(panels[0])
         edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patheffects import Normal, Stroke
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
+from pinchoff.studies.sweep.summary import Points
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import numeral
@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
+    from pinchoff.collisions.importing import ImportedCollisions
     from pinchoff.fits import LawFit
     from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
-    from pinchoff.studies.sweep.summary import Points
 
 #: The paper's separating lines: line, name, colour and dashes.
 PAPER_LINES = (
@@ -42,19 +42,23 @@ OUTCOMES = ((False, palette.UNBROKEN, "does not break"), (True, palette.BROKE, "
 CONTROL_PARAMETER = r"Ca $\tilde{A}\,\tilde{z}$"
 SYMMETRY = "symmetry $S$"
 
+_GROUPS = ("capillary_number", "normalized_area", "normalized_thickness")
 _GRAZING = 0.02  # S: from here on down a droplet only grazes the obstacle
 _SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
 _SMALLEST = 0.7
 _FILLED = 1.6  # smaller marks are filled: an open one would be nothing but its rim
 
 
-def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
+def phase_diagram(
+    collisions: Points | pd.DataFrame | ImportedCollisions | Boundary, axes: Axes | None = None
+) -> Axes:
     """Draw S against Ca Ã z̃, both logarithmic, with the paper's separating lines.
 
     Parameters
     ----------
-    points : Points
-        The collisions, one at least; if they are a sample of more, the picture says so.
+    collisions : Points, DataFrame, ImportedCollisions or Boundary
+        The collisions, one at least, as any table has them: rows that are not accepted, or without
+        outcome, are left out. If `Points` are a sample of more, the picture says so.
     axes : Axes, optional
         Where to draw; by default a new figure across one column.
 
@@ -63,14 +67,19 @@ def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
     Axes
         Their figure is ``axes.figure``.
 
+    Raises
+    ------
+    InputError
+        No collision can be drawn.
+
     Examples
     --------
-    >>> import numpy as np
-    >>> from pinchoff.studies.sweep.summary import Points
-    >>> axes = phase_diagram(Points(np.array([0.1]), np.array([0.6]), np.array([True]), 1))
+    >>> import pinchoff as po
+    >>> axes = phase_diagram(po.simulate_many([po.Parameters(offset=0.1)]))
     >>> axes.get_title("right")
     '1 collision'
     """
+    points = points_of(collisions)
     with style.journal_style():
         axes = _one_panel(3.4) if axes is None else axes
         span = np.array([points.forcing.min() / 1.2, points.forcing.max() * 1.2])
@@ -87,8 +96,45 @@ def phase_diagram(points: Points, axes: Axes | None = None) -> Axes:
     return axes
 
 
+def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary) -> Points:
+    """Return the collisions of any table in the plane of the break-up law.
+
+    Raises
+    ------
+    InputError
+        It is no table with the columns of the law, or none of its rows can be drawn.
+    """
+    if isinstance(collisions, Points):
+        return collisions
+    table = _table_of(collisions)
+    forcing = _control_parameter(table)
+    symmetry = table["symmetry"].to_numpy(dtype=np.float64)
+    broke = table["broke"].to_numpy(dtype=np.float64, na_value=math.nan)
+    seen = (forcing > 0) & (symmetry > 0) & np.isfinite(forcing * broke)
+    if "accepted" in table:
+        seen &= table["accepted"].to_numpy(dtype=bool)
+    if not seen.any():
+        rule = "collisions of which one at least is accepted, with an outcome and S > 0"
+        raise InputError.of("collisions", rule, f"{len(table)} others", "see reject_reason")
+    return Points(forcing[seen], symmetry[seen], broke[seen] > 0, int(seen.sum()))
+
+
+def _table_of(collisions: pd.DataFrame | ImportedCollisions | Boundary) -> pd.DataFrame:
+    """Return the table of collisions that something is or has."""
+    table: Any = getattr(collisions, "runs", None)
+    table = getattr(collisions, "table", collisions) if table is None else table
+    needed = (*_GROUPS, "symmetry", "broke")
+    missing = [name for name in needed if name not in getattr(table, "columns", ())]
+    if missing:
+        got = f"{type(collisions).__name__} without {', '.join(missing)}"
+        advice = "read it with pinchoff.import_collisions, which finds or computes them"
+        raise InputError.of("collisions", "a table of collisions", got, advice)
+    found: pd.DataFrame = table
+    return found
+
+
 def separating_line(
-    boundary: Boundary,
+    boundary: Boundary | pd.DataFrame | ImportedCollisions,
     fit: LineFit | None = None,
     axes: Axes | None = None,
     *,
@@ -101,8 +147,8 @@ def separating_line(
 
     Parameters
     ----------
-    boundary : Boundary
-        What `pinchoff.boundary` returned.
+    boundary : Boundary, DataFrame or ImportedCollisions
+        What `pinchoff.boundary` returned, or any table of collisions.
     fit : LineFit, optional
         A line with p = 1 to draw with its interval, over the range that it was fitted on.
     axes : Axes, optional
@@ -119,7 +165,7 @@ def separating_line(
     InputError
         No run touched the obstacle.
     """
-    runs = boundary.runs
+    runs = _table_of(boundary)
     runs = runs[runs["symmetry"].notna() & runs["broke"].notna()]
     if runs.empty:
         got, advice = "runs that never touched", "start nearer to head-on"
@@ -176,7 +222,7 @@ def separated_outcomes(
     forcing = fit.breakup_number(seen) * (symmetry / fit.line.alpha) ** (1.0 / fit.line.beta)
     with style.journal_style():
         if axes is None:
-            figure = Figure(figsize=(style.TWO_COLUMNS, 2.85), layout="constrained")
+            figure = style.new_figure(style.TWO_COLUMNS, 2.85)
             axes = list(figure.subplots(1, 3, sharex=True, sharey=True))
         span = np.array([forcing.min() / 1.3, forcing.max() * 1.3])
         shown = (("breaks", broke), ("both", np.ones_like(broke)), ("does not break", ~broke))
@@ -308,7 +354,7 @@ def _plain_ticks(low: float, high: float) -> list[float]:
 
 
 def _one_panel(height: float) -> Axes:
-    figure = Figure(figsize=(style.ONE_COLUMN, height), layout="constrained")
+    figure = style.new_figure(style.ONE_COLUMN, height)
     return figure.subplots()
 
 
@@ -319,8 +365,7 @@ def _legend_below(axes: Axes, **look: Any) -> None:
 
 
 def _control_parameter(table: pd.DataFrame) -> NDArray[np.float64]:
-    groups = ("capillary_number", "normalized_area", "normalized_thickness")
-    return np.asarray(np.prod([table[name].to_numpy() for name in groups], axis=0))
+    return np.asarray(np.prod([table[name].to_numpy(np.float64) for name in _GROUPS], axis=0))
 
 
 def _lowest_symmetry(points: Points) -> float:

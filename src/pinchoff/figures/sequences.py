@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
@@ -52,7 +51,7 @@ def collision_pairs(
         if axes is None:
             width = 0.8 * style.TWO_COLUMNS
             height = (0.5 * width * window.height / window.width + 0.25) * len(collisions)
-            figure = Figure(figsize=(width, height), layout="constrained")
+            figure = style.new_figure(width, height)
             axes = list(figure.subplots(len(collisions), 2, squeeze=False).flat)
         for k, collision in enumerate(collisions):
             _draw_pair(axes[2 * k : 2 * k + 2], collision, shown[k], window)

@@ -9,7 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
@@ -93,7 +92,9 @@ def write_snapshots(path: str | os.PathLike[str], outlines: Outlines) -> None:
     InputError
         If there are no outlines.
     """
-    style.save(path, snapshot_strip(outlines)[0])
+    with style.off_screen():
+        panels = snapshot_strip(outlines)
+    style.save(path, panels[0])
 
 
 def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
@@ -124,7 +125,7 @@ def _new_axes(count: int, window: Window) -> list[Axes]:
     width = (style.TWO_COLUMNS - 2 * edge - (columns - 1) * gap) / columns
     height = width * window.height / window.width
     total = rows * (height + title) + 2 * edge
-    figure = Figure(figsize=(style.TWO_COLUMNS, total))
+    figure = style.new_figure(style.TWO_COLUMNS, total, layout=None)
     panels = []
     for k in range(count):
         row, column = divmod(k, columns)

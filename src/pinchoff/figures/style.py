@@ -7,8 +7,10 @@ A label gives its unit in parentheses: "speed (mm/s)". The colours are those of
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
-from contextlib import AbstractContextManager
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +22,7 @@ from matplotlib.figure import Figure
 
 from pinchoff.support import palette
 from pinchoff.support.files import written_aside
+from pinchoff.support.progress import on_display
 
 #: Widths of a figure [inch]: one column (8.3 cm), and across both (17.1 cm).
 ONE_COLUMN = 3.27
@@ -27,6 +30,9 @@ TWO_COLUMNS = 6.73
 
 #: Resolution of written pictures [dots per inch].
 DOTS_PER_INCH = 300
+
+#: Resolution of a figure on a screen [dots per inch].
+SCREEN_DOTS_PER_INCH = 150
 
 #: Marks of groups that are told apart by mark and colour.
 MARKERS = "osD^vPX*"
@@ -72,6 +78,37 @@ def journal_style(font_size: float = STYLE["font.size"]) -> AbstractContextManag
     """Return a context in which figures take the look of this package; font size in points."""
     settings: Any = {**STYLE, "font.size": font_size}  # matplotlib lists its keys as literals
     return mpl.rc_context(settings)
+
+
+_off_screen: ContextVar[bool] = ContextVar("off_screen", default=False)
+
+
+@contextmanager
+def off_screen() -> Iterator[None]:
+    """Make figures that no display shows: they are on their way into a file or a page."""
+    token = _off_screen.set(True)
+    try:
+        yield
+    finally:
+        _off_screen.reset(token)
+
+
+def new_figure(width: float, height: float, *, layout: str | None = "constrained") -> Figure:
+    """Return an empty figure of a size in inches.
+
+    It is one of pyplot's where a display is there to show it: in IPython and in notebooks, and in
+    programs that use pyplot themselves. Elsewhere nothing has to close it.
+
+    Examples
+    --------
+    >>> new_figure(3.0, 2.0).get_size_inches().tolist()
+    [3.0, 2.0]
+    """
+    if _off_screen.get() or not (on_display() or "matplotlib.pyplot" in sys.modules):
+        return Figure(figsize=(width, height), layout=layout)  # type: ignore[arg-type]
+    from matplotlib import pyplot
+
+    return pyplot.figure(figsize=(width, height), layout=layout, dpi=SCREEN_DOTS_PER_INCH)
 
 
 def ordered_colors(values: Iterable[float]) -> dict[float, Any]:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
@@ -53,7 +52,7 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
     table = table[table["accepted"].astype(bool)]
     broke = table["broke"].fillna(False).to_numpy(bool)
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 2.0), layout="constrained")
+        figure = style.new_figure(style.TWO_COLUMNS, 2.0)
         panels = list(figure.subplots(1, 4))
         for panel, (label, values, limits) in zip(panels, _quantities(table), strict=True):
             measured = np.isfinite(values)
@@ -93,7 +92,7 @@ def timeline(table: pd.DataFrame) -> Axes:
     times = table["contact_time_s"].to_numpy(np.float64)
     with style.journal_style():
         height = 0.9 + 0.18 * max(1, len(clips))
-        figure = Figure(figsize=(style.TWO_COLUMNS, height), layout="constrained")
+        figure = style.new_figure(style.TWO_COLUMNS, height)
         axes = figure.add_subplot()
         for kind, colour in kinds.items():
             mask = chosen[kind]

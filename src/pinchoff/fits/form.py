@@ -12,6 +12,10 @@ With
 
 where the constraint makes A^ε1 R^ε2 z^ε3 = Ã^ε1 z̃^ε3, and an exponent that is left free adds the
 feature L_j, such as ln Ã, and is 1 + c_j/c_1. So w = 1/c_1, β = -c_1/c_2 and ln α = -c_0/c_2.
+
+With the radius free there is no such constraint: Bk may depend on a length that is none of the
+three, a film's thickness or a neck's. Its feature is ln R, relative to the paper's 85 µm, with
+2ε1 + ε2 + ε3 = c_R/c_1.
 """
 
 from __future__ import annotations
@@ -41,6 +45,8 @@ class Exponent(NamedTuple):
         in the column's unit.
     sign : int
         -1: Bk ∝ (reference/column)^exponent.
+    held : float
+        Its value in the paper's law.
     """
 
     key: str
@@ -48,6 +54,7 @@ class Exponent(NamedTuple):
     column: str
     reference: float = 1.0
     sign: int = 1
+    held: float = 1.0
 
 
 EXPONENTS = {
@@ -58,9 +65,13 @@ EXPONENTS = {
         "epsilon_gamma", "ε_γ", "surface_tension_mN_m", paper.SURFACE_TENSION_MN_M, -1
     ),
     "speed": Exponent("epsilon_v", "ε_v", "speed_mm_s", 1.0),
+    "radius": Exponent(
+        "dimension", "2ε1 + ε2 + ε3", "obstacle_radius_um", paper.OBSTACLE_RADIUS_UM, held=0.0
+    ),
 }
-"""The exponents by the quantity that they belong to. All are 1 in the paper's law; μ, γ and v are
-relative to the paper's standard experiment."""
+"""The exponents by the quantity that they belong to. All are 1 in the paper's law; the radius has
+the one that the others leave it, and what is free is by how much it differs from that. μ, γ, v and
+R are relative to the paper's standard experiment."""
 
 SYMBOLS = {
     "alpha": "α",
@@ -81,6 +92,7 @@ MEANINGS = {
     "epsilon_mu": "exponent of the viscosity μ",
     "epsilon_gamma": "exponent of 1/γ, the surface tension",
     "epsilon_v": "exponent of the speed v",
+    "dimension": "2ε1 + ε2 + ε3, 0 unless a hidden length acts",
 }
 """What every number of the law is, by its key, in the order of reports."""
 
@@ -121,7 +133,7 @@ class Form:
     def names(self) -> tuple[str, ...]:
         """The numbers of the law that the coefficients decide, by their keys."""
         decided = {"alpha", "beta", "w", *(EXPONENTS[name].key for name in self.free)}
-        if {"area", "thickness"} & {*self.free}:
+        if {"area", "thickness", "radius"} & {*self.free}:
             decided.add("epsilon_2")
         return tuple(key for key in MEANINGS if key in decided)
 
@@ -138,10 +150,10 @@ class Form:
         if not (c1 > 0 and c2 > 0):
             return dict.fromkeys(self.names, math.nan)
         found = {"alpha": -c0 / c2, "beta": math.log(c1 / c2), "w": -math.log(c1)}
-        power = dict.fromkeys(("area", "thickness"), 1.0)
+        power = {"area": 1.0, "thickness": 1.0, "radius": 0.0}
         for name, c in zip(self.free, coefficients[_FIRST_FREE:].tolist(), strict=True):
-            power[name] = found[EXPONENTS[name].key] = 1.0 + c / c1
-        found["epsilon_2"] = -2.0 * power["area"] - power["thickness"]
+            power[name] = found[EXPONENTS[name].key] = EXPONENTS[name].held + c / c1
+        found["epsilon_2"] = power["radius"] - 2.0 * power["area"] - power["thickness"]
         return {name: found[name] for name in self.names}
 
     def gradients(self, coefficients: Floats) -> dict[str, Floats]:
@@ -153,11 +165,11 @@ class Form:
             "beta": unit[_FORCING] / c1 - unit[_SYMMETRY] / c2,
             "w": -unit[_FORCING] / c1,
         }
-        slope = dict.fromkeys(("area", "thickness"), np.zeros(self.size))
+        slope = dict.fromkeys(("area", "thickness", "radius"), np.zeros(self.size))
         for k, name in enumerate(self.free, start=_FIRST_FREE):
             slope[name] = unit[k] / c1 - coefficients[k] / c1**2 * unit[_FORCING]
             found[EXPONENTS[name].key] = slope[name]
-        found["epsilon_2"] = -2.0 * slope["area"] - slope["thickness"]
+        found["epsilon_2"] = slope["radius"] - 2.0 * slope["area"] - slope["thickness"]
         return {name: found[name] for name in self.names}
 
     def equation(self, name: str, scaled: float) -> Equation:
@@ -180,7 +192,7 @@ class Form:
             row[_FORCING], row[_SYMMETRY] = 1.0, -math.exp(scaled)
         elif name == "epsilon_2":
             row[_FORCING] = 3.0 + scaled
-            for quantity, power in (("area", 2.0), ("thickness", 1.0)):
+            for quantity, power in (("area", 2.0), ("thickness", 1.0), ("radius", -1.0)):
                 if quantity in self.free:
                     row[_FIRST_FREE + self.free.index(quantity)] = power
         else:
@@ -188,7 +200,7 @@ class Form:
                 candidate for candidate in self.free if EXPONENTS[candidate].key == name
             )
             row[_FIRST_FREE + self.free.index(quantity)] = 1.0
-            row[_FORCING] = 1.0 - scaled
+            row[_FORCING] = EXPONENTS[quantity].held - scaled
         return row, 0.0
 
     def without_symmetry(self) -> Equation:

@@ -106,8 +106,10 @@ def _frame(found: Sequence[tuple[object, ...]]) -> pd.DataFrame:
 def _decided(table: pd.DataFrame) -> tuple[str, ...]:
     """Return the quantities whose exponents the rows can tell from the others."""
     free: list[str] = []
-    for name in ("area", "thickness", "viscosity"):
-        values = table[EXPONENTS[name].column].to_numpy(dtype=np.float64)
+    for name in ("area", "thickness", "viscosity", "radius"):
+        if EXPONENTS[name].column not in table:
+            continue
+        values = table[EXPONENTS[name].column].to_numpy(dtype=np.float64, na_value=math.nan)
         if np.isfinite(values).all() and np.ptp(values) > 1e-9 * np.abs(values).max():
             try:
                 rows_of(table, Form((*free, name)))
@@ -119,18 +121,23 @@ def _decided(table: pd.DataFrame) -> tuple[str, ...]:
 
 def _laws(form: Form) -> list[_Law]:
     """Return the full law, the paper's, and those in which one quantity does not matter."""
-    keys = [EXPONENTS[name].key for name in form.free]
-    symbols = [EXPONENTS[name].symbol for name in form.free]
+    exponents = [EXPONENTS[name] for name in form.free]
+    symbols = [exponent.symbol for exponent in exponents]
     laws = [_Law("full", f"{', '.join(symbols) or 'no exponents'} free", [])]
-    paper = [form.equation(key, 1.0) for key in keys]
+    paper = [form.equation(exponent.key, exponent.held) for exponent in exponents]
     if paper:
-        laws.append(_Law("paper", f"{' = '.join(symbols)} = 1", paper))
-    for name, key, symbol in zip(form.free, keys, symbols, strict=True):
-        if len(keys) > 1:
-            laws.append(_Law(f"{name} as in the paper", f"{symbol} = 1", [form.equation(key, 1.0)]))
-    for name, key, symbol in zip(form.free, keys, symbols, strict=True):
-        laws.append(_Law(f"without {name}", f"{symbol} = 0", [form.equation(key, 0.0)]))
-    if {"area", "thickness"} <= {*form.free}:
+        ones = " = ".join(e.symbol for e in exponents if e.held)
+        zero = ", 2ε1 + ε2 + ε3 = 0" if "radius" in form.free else ""
+        laws.append(_Law("paper", f"{ones} = 1{zero}", paper))
+    for name, exponent, equation in zip(form.free, exponents, paper, strict=True):
+        if len(paper) > 1:
+            claim = f"{exponent.symbol} = {exponent.held:g}"
+            laws.append(_Law(f"{name} as in the paper", claim, [equation]))
+    for name, exponent in zip(form.free, exponents, strict=True):
+        if name != "radius":
+            equation = form.equation(exponent.key, 0.0)
+            laws.append(_Law(f"without {name}", f"{exponent.symbol} = 0", [equation]))
+    if {"area", "thickness"} <= {*form.free} or "radius" in form.free:
         laws.append(_Law("without radius", "ε2 = 0", [form.equation("epsilon_2", 0.0)]))
     laws.append(_Law("without symmetry", "S does not matter", [form.without_symmetry()]))
     return laws

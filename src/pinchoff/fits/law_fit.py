@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
-from pinchoff.collisions.law import Line, breakup_number, breakup_probability
-from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, Form, free_names
+from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number, breakup_probability
+from pinchoff.collisions.reasons import NO_SYMMETRY
+from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, MEANINGS, Form, free_names
 from pinchoff.fits.intervals import (
     PROFILE,
     Bootstrap,
@@ -37,6 +38,7 @@ from pinchoff.fits.noise import NoisyLikelihood
 from pinchoff.fits.rows import Rows, rows_of
 from pinchoff.fits.separation import Gap, widest_gap
 from pinchoff.support.arguments import checked_confidence, checked_number
+from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 
@@ -71,7 +73,7 @@ class _Found(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class LawFit:
+class LawFit(Drawable):
     """The break-up law, P(break) = x/(1 + x) with x = Bk^(1/w), fitted to collisions.
 
     Attributes
@@ -95,6 +97,8 @@ class LawFit:
         either side; else NaN.
     synthetic : bool
         Whether there are rows that were drawn rather than simulated or measured.
+    used : DataFrame
+        The collisions that it was fitted to.
     """
 
     free: tuple[str, ...]
@@ -107,6 +111,7 @@ class LawFit:
     step: str
     gap: float
     synthetic: bool
+    used: pd.DataFrame
     _form: Form
     _found: _Found
 
@@ -150,23 +155,82 @@ class LawFit:
 
     def breakup_number(self, table: pd.DataFrame) -> NDArray[np.float64]:
         """Return Bk of collisions, shape (n,), with the exponents that were fitted."""
-        bk = breakup_number(
-            table["capillary_number"],
-            table["normalized_area"],
-            table["symmetry"],
-            table["normalized_thickness"],
+        bk: NDArray[np.float64] = breakup_number(
             line=self.line,
+            **{name: table[name].to_numpy(dtype=np.float64) for name in ARGUMENTS},
         )
         for name in self.free:
             exponent = EXPONENTS[name]
             relative = table[exponent.column].to_numpy(dtype=np.float64) / exponent.reference
-            power = self.estimates[exponent.key].value - 1.0
+            power = self.estimates[exponent.key].value - exponent.held
             bk = bk * relative ** (exponent.sign * power)
         return bk
 
     def probability(self, breakup_number: ArrayLike) -> NDArray[np.float64]:
         """Return the probability of break-up at Bk, shape (...); a step where w = 0."""
         return breakup_probability(breakup_number, max(self.w.value, 1e-12))
+
+    def predict(self, table: pd.DataFrame) -> NDArray[np.float64]:
+        """Return the probability that collisions break, shape (n,); NaN where S is not known.
+
+        Parameters
+        ----------
+        table : DataFrame
+            With the columns of Ca, Ã, S and z̃, as of `breakup_number`, and those of free
+            exponents.
+
+        Raises
+        ------
+        InputError
+            A column is missing.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> fit = po.fit_law(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
+        >>> fit.predict(po.simulate_many([po.Parameters(offset=y) for y in (0, 0.3)])).round(2)
+        array([1., 0.])
+        """
+        needed = [*ARGUMENTS, *(EXPONENTS[name].column for name in self.free)]
+        for name in needed:
+            if name not in table:
+                rule = f"one with the columns {', '.join(needed)}"
+                raise InputError.of("table", rule, f"a table without {name}", "add it")
+        return self.probability(self.breakup_number(table))
+
+    def summary(self) -> pd.DataFrame:
+        """Return a table of the fitted numbers: a row each, with its interval.
+
+        Returns
+        -------
+        DataFrame
+            Columns ``value``, ``low``, ``high``, ``interval`` (the method) and ``meaning``; the
+            index is the names of `estimates`.
+        """
+        import pandas as pd
+
+        rows = [
+            {**estimate._asdict(), "meaning": MEANINGS[name]}
+            for name, estimate in self.estimates.items()
+        ]
+        table = pd.DataFrame(rows, index=list(self.estimates))
+        return table.rename(columns={"method": "interval"})
+
+    def plot(self, axes: Any = None, *, kind: str = "probability") -> Any:  # type: ignore[override]
+        """Draw the law and the collisions that it was fitted to.
+
+        Parameters
+        ----------
+        axes : Axes, or 3 Axes for outcomes, optional
+            Where to draw; by default a new figure, which a notebook shows.
+        kind : {"probability", "outcomes"}, optional
+            The share of broken collisions against Bk, or S against Ca Ã z̃ by outcome.
+
+        Returns
+        -------
+        Axes or list of Axes
+        """
+        return super().plot(axes, kind=kind)
 
     def delta(self) -> dict[str, Estimate]:
         """Return intervals by the delta method.
@@ -286,7 +350,9 @@ def fit_law(
         `pinchoff.import_collisions` unless that returned them.
     free : str or sequence of str, optional
         Quantities whose exponents are fitted instead of 1: "area", "thickness" (the radius's
-        follows from 2ε1 + ε2 + ε3 = 0), "viscosity", "surface_tension", "speed".
+        follows from 2ε1 + ε2 + ε3 = 0), "viscosity", "surface_tension", "speed". "radius" drops
+        that condition, and frees area and thickness too; a thickness that the rows cannot tell
+        from the radius keeps the exponent 1. It shows whether a hidden length is at work.
     symmetry_noise : float, optional
         Standard error of S, such as the paper's 0.088, for which the fit then accounts; 0: none.
     confidence : float, optional
@@ -305,7 +371,7 @@ def fit_law(
     Warns
     -----
     UserWarning
-        Rows were set aside, or there are so few that the intervals are wide.
+        Rows were set aside or left out, or there are so few that the intervals are wide.
 
     Examples
     --------
@@ -317,8 +383,8 @@ def fit_law(
     confidence = checked_confidence(confidence)
     advice = "use 0.088, or 0 for none"
     symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
-    form = Form(free_names(free))
     imported = checked_collisions(table)
+    form = Form(_freed(imported.table, free_names(free)))
     rows = rows_of(imported.table, form)
     found = _found_noisy(rows, form, symmetry_noise) if symmetry_noise else _found_plain(rows, form)
     fit = LawFit(
@@ -332,11 +398,25 @@ def fit_law(
         step=found.step,
         gap=found.gap,
         synthetic=imported.synthetic,
+        used=imported.table.iloc[np.sort(rows.places)],
         _form=form,
         _found=found,
     )
     _warn_of_few(fit)
+    _warn_of_left_out(fit)
     return fit
+
+
+def _freed(table: pd.DataFrame, free: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what is free: with the radius area and, where the rows decide it, thickness."""
+    if "radius" not in free:
+        return free
+    everything = free_names((*free, "area", "thickness"))
+    try:
+        rows_of(table, Form(everything))
+    except InputError:
+        return free_names((*free, "area"))
+    return everything
 
 
 def _found_plain(rows: Rows, form: Form) -> _Found:
@@ -385,6 +465,14 @@ def _require_law(values: dict[str, float], coefficients: Floats) -> dict[str, fl
         f"slopes {forcing:.3g} with ln(Ca Ã z̃) and {symmetry:.3g} with ln S",
         "check the columns and their units, or add collisions",
     )
+
+
+def _warn_of_left_out(fit: LawFit) -> None:
+    """Warn of collisions for which logarithms have no place; others are counted in left_out."""
+    count = fit.left_out.get(NO_SYMMETRY, 0)
+    if count:
+        rows = "1 collision is" if count == 1 else f"{count} collisions are"
+        warnings.warn(f"{rows} left out: {NO_SYMMETRY}", UserWarning, stacklevel=3)
 
 
 def _warn_of_few(fit: LawFit) -> None:

@@ -60,8 +60,11 @@ def run_batch(
     results = _core.run_many(models, flow, threads, show)
     columns = run_columns(parameters, results, ids)
     for name, column in varied_columns(varied).items():
-        columns[column.name] = np.array([getattr(p, name) for p in parameters])
-        if name == "time_step":  # "auto" stands for a number
+        kind = object if column.dtype == "str" else column.dtype
+        if name != "time_step":
+            # None, of another model's constants, is NaN
+            columns[column.name] = np.array([getattr(p, name) for p in parameters], dtype=kind)
+        else:  # "auto" stands for a number
             columns[column.name] = models[:, _core.MODEL_FIELDS.index(name)]
     return columns
 

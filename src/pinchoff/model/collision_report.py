@@ -34,6 +34,7 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
     parameters, row = collision.parameters, collision.to_row()
     results = collision.to_dict()
     given = results.pop("parameters")
+    results["vertex_updates"] = row["vertex_updates"]
     if parameters.scale is not None:
         results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
     return {

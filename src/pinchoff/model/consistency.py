@@ -78,18 +78,23 @@ def _require_thickness(p: Any) -> None:
     """Refuse a threshold at which the undeformed droplet breaks, a circle of diameter 1."""
     half_angle = p.neck_separation * (math.pi if p.neck_separation_unit == "perimeter" else 1.0)
     chord = math.sin(half_angle)
-    if p.neck_thickness >= chord:
+    if p.neck_threshold >= chord:
+        in_unit = chord * p.neck_thickness / p.neck_threshold
         raise InputError.of(
             "neck_thickness",
-            f"below {chord:.4g}, the undeformed droplet's own chord over neck_separation",
+            f"below {in_unit:.4g}, the undeformed droplet's own chord over neck_separation",
             p.neck_thickness,
             "lower it, or raise neck_separation: a droplet would break without being deformed",
         )
 
 
 def _require_scale(p: Any) -> None:
-    for name in ("size_ratio", "simulation_capillary_number") if p.scale else ():
-        expected = getattr(p.scale, name)
+    if p.scale is None:
+        return
+    for name, expected in (
+        ("size_ratio", p.scale.size_ratio),
+        ("simulation_capillary_number", p.scale.capillary_number / p.ca_per_ca_sim),
+    ):
         if not math.isclose(getattr(p, name), expected, rel_tol=1e-9):
             raise InputError.of(
                 name,

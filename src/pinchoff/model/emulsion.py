@@ -507,7 +507,7 @@ class _Scene:
             "obstacles": digest(self.circles),
             "droplets": digest(self.starts),
             "diameters": digest(self.diameters),
-            "flow": digest(self.flow.velocity(probe)),
+            "flow": digest(np.asarray(self.flow.velocity(probe))),
         }
 
     def _probed(self) -> tuple[float, float, float, float]:

@@ -55,6 +55,8 @@ class Entry(Explanation):
         Name of its number in the core's row; empty: its own.
     core : callable or None
         That number, from all the parameters; None: its value.
+    in_core : bool
+        Whether it has one: what only says how results are read has none.
     name : str
     kind : str
         "float", "int", "bool" or "str".
@@ -71,6 +73,7 @@ class Entry(Explanation):
     column: str
     core_name: str
     core: CoreNumber | None
+    in_core: bool = True
     name: str = ""
     kind: str = ""
 
@@ -123,6 +126,7 @@ def parameter(
     column: str = "",
     core_name: str = "",
     core: CoreNumber | None = None,
+    in_core: bool = True,
 ) -> Any:
     """Return the field of a parameter, for a class body.
 
@@ -146,6 +150,8 @@ def parameter(
         Name of its number in the core's row; by default its own.
     core : callable, optional
         That number, from all the parameters; by default its value.
+    in_core : bool, optional
+        Whether the core takes it: False for what only says how results are read.
     """
     shown = str(default).lower() if isinstance(default, bool) else str(default)
     limits = (-math.inf if low is None else low, math.inf if high is None else high)
@@ -163,6 +169,7 @@ def parameter(
         column=column,
         core_name=core_name,
         core=core,
+        in_core=in_core,
     )
     start: dict[str, Any] = {"default_factory": default} if follows else {"default": default}
     if model:

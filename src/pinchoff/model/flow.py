@@ -6,6 +6,7 @@ speeds in v_f∞.
 
 from __future__ import annotations
 
+import math
 from typing import TypeAlias
 
 import numpy as np
@@ -19,6 +20,7 @@ Flow: TypeAlias = _core.Flow
 """What the constructors below return; ``.velocity(points)`` takes and gives (n, 2) arrays."""
 
 _ADVICE = "give it in D0 or v_f∞"
+_BRINKMAN_CELLS = 2048  # of R/r
 _LEAST_NODES = 4
 _SPACING_TOLERANCE = 1e-4  # of the spacing: axes of single precision are regular
 
@@ -47,14 +49,90 @@ def stokes(radius: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
     [0.0, 2.089]
     """
     radius = checked_positive("radius", radius, "give the obstacle's R in D0")
+    return _core.StokesFlow(radius, *_pair(center))
+
+
+def _pair(center: tuple[float, float]) -> tuple[float, float]:
     try:
         x, y = center
     except (TypeError, ValueError):
         advice = "give the obstacle's x and y in D0"
         raise InputError.of("center", "a pair of numbers", center, advice) from None
-    return _core.StokesFlow(
-        radius, *(checked_number(f"center[{k}]", r, _ADVICE) for k, r in enumerate((x, y)))
-    )
+    return checked_number("center[0]", x, _ADVICE), checked_number("center[1]", y, _ADVICE)
+
+
+def brinkman(radius: float, thickness: float, center: tuple[float, float] = (0.0, 0.0)) -> Flow:
+    r"""Depth-averaged flow in +x past a circular obstacle in a gap, with walls above and below.
+
+    Brinkman's equation, ∇p = μ∇²v - (12μ/z²) v, in closed form. With κ = √12/z the stream function
+    is ψ = (r + a/r + b K₁(κr)) sin θ, where b = 2/(κ K₀(κR)) and a = -R² - b R K₁(κR) make the
+    velocity vanish on the obstacle. Far away it is 1, unlike `stokes`, which grows like ln(r/R);
+    for z ≫ R it is that flow over K₀(κR) near the obstacle.
+
+    Parameters
+    ----------
+    radius : float
+        R, D0.
+    thickness : float
+        z of the gap, D0; from R/50 to 100 R.
+    center : (float, float), optional
+        The obstacle's centre, D0.
+
+    Raises
+    ------
+    InputError
+        A number is not finite, not positive, or the gap is out of that range.
+
+    Examples
+    --------
+    >>> flow = brinkman(0.2, 0.2)
+    >>> flow.velocity(np.array([[0.2, 0.0], [0.0, 1.0], [50.0, 0.0]]))[:, 0].round(3).tolist()
+    [0.0, 1.063, 1.0]
+    """
+    radius = checked_positive("radius", radius, "give the obstacle's R in D0")
+    thickness = checked_positive("thickness", thickness, "give the gap's z in D0")
+    if not radius / 50 <= thickness <= 100 * radius:
+        rule = f"from radius/50 to 100 radius, {radius / 50:g} to {100 * radius:g}"
+        advice = "use stokes for a thicker gap"
+        raise InputError.of("thickness", rule, thickness, advice)
+    x, y = _pair(center)
+    cells = _brinkman_cells(math.sqrt(12.0) * radius / thickness)
+    return _core.BrinkmanFlow(radius, x, y, cells)
+
+
+def _brinkman_cells(x: float) -> NDArray[np.float64]:
+    """Return f - g and g as cubics in s = R/r, shape (n, 8), as the core takes them; x = κR.
+
+    v_r = f cos θ and v_θ = -g sin θ, with f = ψ/(r sin θ) and g = d(r f)/dr. Cubics of Hermite
+    have value and slope of the closed form at every node.
+    """
+    from scipy.special import kve
+
+    s = np.arange(1, _BRINKMAN_CELLS + 1) / _BRINKMAN_CELLS
+    # K₀ and K₁ at κr = x/s, over K₀ at the wall; kve is without the factor exp(-κr)
+    fall = np.exp(x - x / s) / kve(0, x)
+    k0, k1 = kve(0, x / s) * fall, kve(1, x / s) * fall
+    a = -1.0 - 2.0 * kve(1, x) / (x * kve(0, x))  # a/R²
+    f = 1.0 + a * s**2 + 2.0 * s * k1 / x
+    g = 1.0 - a * s**2 - 2.0 * (k0 + s * k1 / x)
+    slope_f = (f - g) / s
+    # dg/ds = -(x/s²) dg/d(κr), with K₀' = -K₁ and (K₁/κr)' = -K₀/κr - 2 K₁/(κr)²
+    slope_g = -2.0 * a * s - 2.0 * (k1 * x / s**2 + k0 / s + 2.0 * k1 / x)
+    # at s = 0, infinitely far away: f = g = 1, without slope
+    h = 1.0 / _BRINKMAN_CELLS
+    cubics = [
+        _hermite(np.append(first, value), h * np.append(0.0, slope))
+        for first, value, slope in ((0.0, f - g, slope_f - slope_g), (1.0, g, slope_g))
+    ]
+    return np.ascontiguousarray(np.concatenate(cubics, axis=1))
+
+
+def _hermite(value: NDArray[np.float64], slope: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return cubics between nodes (n + 1,), shape (n, 4), in the fraction of a cell."""
+    rise = np.diff(value)
+    second = 3.0 * rise - 2.0 * slope[:-1] - slope[1:]
+    third = slope[:-1] + slope[1:] - 2.0 * rise
+    return np.stack([value[:-1], slope[:-1], second, third], axis=1)
 
 
 def uniform(vx: float = 1.0, vy: float = 0.0) -> Flow:

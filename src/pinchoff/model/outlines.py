@@ -13,7 +13,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +27,7 @@ from pinchoff.model.gsd import (
     read_gsd,
     stacked,
 )
+from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 from pinchoff.support.paper_constants import NECK_SEPARATION
@@ -41,7 +42,7 @@ TIME_UNITS = {"D0": "t0", "um": "s"}
 
 
 @dataclass(frozen=True, eq=False)
-class Outlines:
+class Outlines(Drawable):
     """Closed polygons over time, in flat arrays.
 
     Outline `k` lies in frame ``frame[k]`` and has the vertices
@@ -162,11 +163,74 @@ class Outlines:
         """Return the number of frames."""
         return len(self.times)
 
-    def __getitem__(self, index: int) -> list[Outline]:
-        """Return the outlines of one frame; negative indices count from the end."""
+    @overload
+    def __getitem__(self, index: int) -> list[Outline]: ...
+    @overload
+    def __getitem__(self, index: slice) -> Outlines: ...
+    def __getitem__(self, index: int | slice) -> list[Outline] | Outlines:
+        """Return the outlines of one frame, negative indices from the end; or some of the frames.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> outlines = po.simulate(po.Parameters(), outlines=True).outlines
+        >>> len(outlines), len(outlines[::10]), len(outlines[0])
+        (85, 9, 1)
+        """
+        if isinstance(index, slice):
+            return self._chosen(range(len(self))[index])
         number = range(len(self))[index]
         first, last = np.searchsorted(self.frame, [number, number + 1])
         return [self.outline(k) for k in range(int(first), int(last))]
+
+    def _chosen(self, frames: range) -> Outlines:
+        if frames.step < 0:
+            raise InputError.of("step", "positive", frames.step, "take frames forwards in time")
+        return Outlines.from_frames(
+            self.times[frames.start : frames.stop : frames.step],
+            [self[frame] for frame in frames],
+            self.obstacles,
+            self.parameters,
+            units=self.units,
+        )
+
+    def plot(self, axes: Any = None, *, times: Any = None) -> Any:  # type: ignore[override]
+        """Draw moments side by side, as `pinchoff.figures.snapshot_strip`.
+
+        Parameters
+        ----------
+        axes : sequence of n Axes, optional
+            Where to draw; by default a new figure, which a notebook shows.
+        times : array_like, shape (n,), optional
+            In the unit of `times`; by default six moments from the approach to after the break-up.
+
+        Returns
+        -------
+        list of Axes
+        """
+        return super().plot(axes, times=times)
+
+    def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
+        """Film the run, into a file or as a player for a notebook.
+
+        Parameters
+        ----------
+        path : path, optional
+            ``.gif``, ``.html``, or ``.mp4``, which needs the extra ``video``.
+        fps : int, optional
+            Frames per second of film, from 1 to 240.
+
+        Returns
+        -------
+        Player or None
+            The player, if there is no path.
+
+        Raises
+        ------
+        InputError
+            An argument is wrong, or no droplet ever comes into view.
+        """
+        return artist().animate(self, path, fps)
 
     def __iter__(self) -> Iterator[list[Outline]]:
         return (self[index] for index in range(len(self)))

@@ -26,6 +26,7 @@ from pinchoff.support.paper_constants import CA_PER_CA_SIM, NECK_SEPARATION, NEC
 from pinchoff.support.quantities import (
     PhysicalScale,
     blaming_quantities,
+    ca_per_ca_sim,
     groups_of_scale,
     physical_groups,
     refuse_physical_groups,
@@ -60,6 +61,8 @@ SAMPLE_INTERVAL = 0.01
 """Time between two measurements of a run, t0. Recording happens at multiples of it."""
 
 Model = Literal["deformable-particle", "front-tracking"]
+CaConversion = Literal["constant", "fixed-film"]
+CaSpeed = Literal["far", "contact"]
 TimeStep = Literal["auto"] | Annotated[Number, Field(ge=1e-7, le=0.1)]
 
 
@@ -223,11 +226,21 @@ class Parameters(Checked):
         NECK_THICKNESS,
         "the thickness below which a neck breaks",
         symbol="d_min-neck",
-        unit="D0",
+        unit="D0 or z",
         low=0,
-        high=1,
+        high=10,
         note="Zero: nothing ever breaks.",
         column="neck_thickness_limit",  # neck_thickness is what is measured
+        core=lambda p: p.neck_threshold,
+    )
+    neck_thickness_unit: Literal["diameter", "thickness"] = parameter(
+        "diameter",
+        "what neck_thickness is measured in",
+        rule="'diameter' or 'thickness'",
+        note="D0, for daughters their own diameter; or the thickness z of the chamber, one length "
+        "for all: that of the scale, or R where there is none.",
+        core_name="neck_thickness_is_fixed",
+        core=lambda p: p.neck_thickness_unit == "thickness",
     )
     neck_separation: Number = parameter(
         NECK_SEPARATION,
@@ -252,6 +265,31 @@ class Parameters(Checked):
         note="It then lasts until every droplet has left.",
         core_name="stop_at_breakup",
         core=lambda p: not p.follow_daughters,
+    )
+    ca_conversion: CaConversion = parameter(
+        "constant",
+        "the assumption that turns Ca_sim into Ca",
+        rule="'constant' or 'fixed-film'",
+        note="One conversion_constant for all sizes; or (δ/D0)² with one film thickness δ, which "
+        "is conversion_constant at D0 = 481 µm. The motion does not depend on it.",
+        in_core=False,
+    )
+    conversion_constant: Number = parameter(
+        CA_PER_CA_SIM,
+        "Ca per Ca_sim, at D0 = 481 µm with a fixed film",
+        symbol="c",
+        unit="1",
+        low=1e-8,
+        high=1,
+        in_core=False,
+    )
+    ca_speed: CaSpeed = parameter(
+        "far",
+        "the speed in the Ca of tables",
+        rule="'far' or 'contact'",
+        note="v_f∞, as in the paper's simulations; or the droplet's own at first contact, as in "
+        "its experiments.",
+        in_core=False,
     )
     scale: PhysicalScale | None = explained(
         "a PhysicalScale", "the experiment behind the numbers, or use from_physical", default=None
@@ -295,7 +333,7 @@ class Parameters(Checked):
         viscosity: Physical,
         surface_tension: Physical,
         thickness: Physical,
-        offset: Physical = "0 um",
+        offset: Physical | None = None,
         **constants: Any,
     ) -> Self:
         """Return the parameters of an experiment.
@@ -317,7 +355,7 @@ class Parameters(Checked):
             z of the chamber, a length. The model is two-dimensional with z/R = 1; a chamber that
             is off by more than 1 % is warned of.
         offset : str or pint.Quantity, optional
-            Start y of the droplet, a length.
+            Start y of the droplet, a length; by default that of the constructor, 0.05 D0.
         **constants
             Constants of the model, dimensionless, such as ``vertex_count``.
 
@@ -351,19 +389,22 @@ class Parameters(Checked):
                 "surface_tension": surface_tension,
                 "thickness": thickness,
                 "offset": offset,
-            }
+            },
+            thickness_acts=constants.get("neck_thickness_unit") == "thickness",
         )
         return cls._of_groups(constants, groups)
 
     @classmethod
-    def of_scale(cls, scale: PhysicalScale, *, offset_um: float = 0.0, **constants: Any) -> Self:
+    def of_scale(
+        cls, scale: PhysicalScale, *, offset_um: float | None = None, **constants: Any
+    ) -> Self:
         """Return the parameters of an experiment that is known in numbers, as `from_physical`.
 
         Parameters
         ----------
         scale : PhysicalScale
         offset_um : float, optional
-            Start y of the droplet, µm.
+            Start y of the droplet, µm; by default that of the constructor, 0.05 D0.
         **constants
             Constants of the model, dimensionless.
 
@@ -387,7 +428,7 @@ class Parameters(Checked):
     def _of_groups(cls, constants: Mapping[str, Any], groups: Mapping[str, Any]) -> Self:
         """Join constants with what follows from physical quantities."""
         try:
-            return cls(**{**constants, **groups})
+            return cls(**{**constants, **groups, **_converted(constants, groups["scale"])})
         except InputError as error:
             raise blaming_quantities(error) from None
 
@@ -443,7 +484,8 @@ class Parameters(Checked):
             raise InputError.of("physical", "a table", physical, "write it as [physical]")
         refuse_physical_groups(constants)
         try:
-            groups = physical_groups(physical)
+            acts = constants.get("neck_thickness_unit") == "thickness"
+            groups = physical_groups(physical, thickness_acts=acts)
         except InputError as error:
             raise error.within("physical") from None
         return cls._of_groups(constants, groups)
@@ -454,9 +496,16 @@ class Parameters(Checked):
         return 1.0 / self.size_ratio
 
     @property
+    def ca_per_ca_sim(self) -> float:
+        """Ca/Ca_sim as `ca_conversion` assumes it, dimensionless [paper, eq. conv]."""
+        return ca_per_ca_sim(
+            self.ca_conversion, self.conversion_constant, self.size_ratio, self.scale
+        )
+
+    @property
     def capillary_number(self) -> float:
-        """Ca = 9.8e-5 Ca_sim, dimensionless [paper, eq. conv]."""
-        return CA_PER_CA_SIM * self.simulation_capillary_number
+        """Ca of the far flow, v_f∞, dimensionless [paper, eq. conv]."""
+        return self.ca_per_ca_sim * self.simulation_capillary_number
 
     @property
     def normalized_area(self) -> float:
@@ -465,8 +514,17 @@ class Parameters(Checked):
 
     @property
     def normalized_thickness(self) -> float:
-        """z̃ = z/R, dimensionless: 1, because the model is two-dimensional."""
+        """z̃ = z/R, dimensionless: 1 in the two-dimensional model, unless necks know z."""
+        if self.neck_thickness_unit == "thickness" and self.scale is not None:
+            return self.scale.thickness_um / self.scale.obstacle_radius_um
         return 1.0
+
+    @property
+    def neck_threshold(self) -> float:
+        """The thickness below which the neck of the undeformed droplet breaks, D0."""
+        if self.neck_thickness_unit == "thickness":
+            return self.neck_thickness * self.normalized_thickness * self.obstacle_radius
+        return self.neck_thickness
 
     @property
     def drag(self) -> float:
@@ -524,6 +582,18 @@ class Parameters(Checked):
         return row
 
 
+def _converted(constants: Mapping[str, Any], scale: PhysicalScale) -> dict[str, float]:
+    """Return Ca_sim of a scale under the conversion that constants ask for.
+
+    Constants that are wrong are left for `Parameters` to refuse.
+    """
+    given = constants.get("conversion_constant")
+    constant = given if isinstance(given, (int, float)) and given > 0 else CA_PER_CA_SIM
+    conversion = constants.get("ca_conversion") or "constant"
+    per = ca_per_ca_sim(conversion, constant, scale.size_ratio, scale)
+    return {"simulation_capillary_number": scale.capillary_number / per}
+
+
 PARAMETERS: dict[str, Entry] = entries_of(Parameters)
 """The entry of every parameter, in their order."""
 
@@ -544,7 +614,7 @@ def core_numbers() -> tuple[CoreNumber, ...]:
     from pinchoff import _core
 
     numbers = {name: _always(value) for name, value in CORE_CONSTANTS.items()}
-    numbers |= {entry.place: entry.core_value for entry in PARAMETERS.values()}
+    numbers |= {entry.place: entry.core_value for entry in PARAMETERS.values() if entry.in_core}
     if unmatched := numbers.keys() ^ {*_core.MODEL_FIELDS}:
         raise RuntimeError(
             "the entries of Parameters and PINCHOFF_MODEL_FIELDS in model.hpp must name the same "

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
 from pinchoff import _core
-from pinchoff.collisions.law import breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
-from pinchoff.support.errors import SimulationError
+from pinchoff.support.drawing import Drawable, artist
+from pinchoff.support.errors import InputError, SimulationError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -143,14 +145,10 @@ def run_columns(
         **_parameter_columns(parameters),
         **_event_columns(parameters, result),
     }
+    columns |= _speed_columns(parameters, columns)
     columns |= _physical_columns(parameters, columns)
     columns |= {name: np.full(len(parameters), value) for name, value in (met or {}).items()}
-    columns["breakup_number"] = breakup_number(
-        columns["capillary_number"],
-        columns["normalized_area"],
-        columns["symmetry"],
-        columns["normalized_thickness"],
-    )
+    columns["breakup_number"] = breakup_number_of(columns)
     return {column.name: columns[column.name] for column in COLUMNS}
 
 
@@ -194,10 +192,39 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
         "simulation_capillary_number",
         "offset",
         "capillary_number",
+        "ca_per_ca_sim",
         "normalized_area",
         "normalized_thickness",
     )
     return {name: np.array([getattr(p, name) for p in parameters], float) for name in names}
+
+
+def _speed_columns(
+    parameters: Sequence[Parameters], columns: dict[str, NDArray[Any]]
+) -> dict[str, NDArray[Any]]:
+    """Return which speed Ca is made with, and Ca: without contact it has no speed there."""
+    own = np.array([p.ca_speed == "contact" for p in parameters], dtype=bool)
+    capillary = columns["capillary_number"]
+    return {
+        "ca_speed": np.array([p.ca_speed for p in parameters], dtype=object),
+        "capillary_number": np.where(own, capillary * columns["contact_speed"], capillary),
+    }
+
+
+def spring_tension_ratio(parameters: Parameters, perimeter: float) -> float:
+    """Return the mean tension of the springs over line tension, of an outline's perimeter P, D0.
+
+    Each of N edges pulls with k_l N (l - l_eq), so that their mean is k_l (P - P_eq).
+
+    Examples
+    --------
+    >>> from pinchoff.model.parameters import Parameters
+    >>> round(spring_tension_ratio(Parameters(edge_stiffness=3), math.pi + 1), 2)
+    3.0
+    """
+    count = parameters.vertex_count
+    resting = math.sqrt(math.pi * count * math.tan(math.pi / count))
+    return (parameters.edge_stiffness or 0.0) * (perimeter - resting)
 
 
 def _event_columns(
@@ -230,6 +257,14 @@ def _event_columns(
         "speed": result["contact_speed"],
         "neck_thickness": neck,
         "minimum_neck": neck,
+        "spring_tension_ratio": np.array(
+            [
+                spring_tension_ratio(p, perimeter)
+                for p, perimeter in zip(
+                    parameters, result["maximum_perimeter"].tolist(), strict=True
+                )
+            ]
+        ),
         "daughter_area_ratio": result["small_daughter_area"] / result["large_daughter_area"],
         **{name: result[name] for name in same},
         **{name: result[name].astype(np.int64) for name in counts},
@@ -271,7 +306,7 @@ def _physical_columns(
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Collision:
+class Collision(Drawable):
     """What came of one collision. Lengths in D0, speeds in v_f∞, times in t0; NaN: did not happen.
 
     Attributes
@@ -287,6 +322,8 @@ class Collision:
         First contact: when, the centroid's speed, and the outline's area and 𝒜 = P²/(4πA).
     minimum_neck, maximum_shape_parameter : float
         Thinnest neck and largest 𝒜, from first contact on, until the first break-up.
+    spring_tension_ratio : float
+        Greatest mean tension of the springs over line tension, in the same span; 0 without springs.
     daughter_area_ratio : float
         Smaller over larger daughter of the first break-up.
     daughter_areas : (float, float)
@@ -314,6 +351,7 @@ class Collision:
     contact_shape_parameter: float
     minimum_neck: float
     maximum_shape_parameter: float
+    spring_tension_ratio: float
     daughter_area_ratio: float
     daughter_areas: tuple[float, float]
     breakup_time: float
@@ -338,6 +376,99 @@ class Collision:
         values = {f.name: getattr(self, f.name) for f in fields(self) if f.name not in left_out}
         return {"parameters": self.parameters.model_dump(mode="json"), **_plain(values)}
 
+    def in_units(self) -> dict[str, float]:
+        """Return times, lengths, areas and speeds in the laboratory's units.
+
+        Returns
+        -------
+        dict of str to float
+            By names that carry the unit, such as ``contact_time_s``; NaN: did not happen.
+
+        Raises
+        ------
+        InputError
+            The parameters were not built from physical quantities.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> p = po.Parameters.from_physical(
+        ...     diameter="481 um", obstacle_radius="85 um", speed="1 mm/s", viscosity="48 mPa s",
+        ...     surface_tension="20 mN/m", thickness="85 um", offset="20 um")
+        >>> round(po.simulate(p).in_units()["contact_time_s"], 2)
+        1.65
+        """
+        scale = self.parameters.scale
+        if scale is None:
+            rule, advice = "built from physical quantities", "use Parameters.from_physical(...)"
+            raise InputError.of("parameters", rule, "dimensionless numbers alone", advice)
+        sizes = {"um": scale.diameter_um, "um2": scale.diameter_um**2}
+        sizes |= {"s": scale.time_unit_s, "mm_s": scale.speed_mm_s}
+        return {
+            f"{name}_{unit}": self._row[name] * sizes[unit] for name, unit in _LABORATORY.items()
+        }
+
+    @property
+    def contact_time_s(self) -> float:
+        """Time of the first contact, s; NaN without contact or physical quantities."""
+        return float(self._row["contact_time_s"])
+
+    def recorded(self) -> Outlines:
+        """Return the outlines.
+
+        Raises
+        ------
+        InputError
+            None were recorded.
+        """
+        if self.outlines is None:
+            advice = "use simulate(parameters, outlines=True)"
+            raise InputError.of("outlines", "recorded", None, advice)
+        return self.outlines
+
+    def plot(self, axes: Any = None, *, times: Any = None) -> Any:  # type: ignore[override]
+        """Draw moments of the collision side by side, as `pinchoff.figures.snapshot_strip`.
+
+        Parameters
+        ----------
+        axes : sequence of n Axes, optional
+            Where to draw; by default a new figure, which a notebook shows.
+        times : array_like, shape (n,), optional
+            In t0; by default six moments from the approach to after the break-up.
+
+        Returns
+        -------
+        list of Axes
+
+        Raises
+        ------
+        InputError
+            No outlines were recorded.
+        """
+        return super().plot(axes, times=times)
+
+    def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
+        """Film the collision, as `Outlines.animate`."""
+        return artist().animate(self.recorded(), path, fps)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Self:
+        """Read a collision from the ``collision.json`` that ``pinchoff run`` wrote.
+
+        Parameters
+        ----------
+        path : path
+            The file or its folder; outlines that lie beside it are read, too.
+
+        Raises
+        ------
+        InputError
+            There is no such file, or it holds no collision.
+        """
+        from pinchoff.model.run_files import read_run
+
+        return cls(**collision_fields(*read_run(path), met={}))
+
     def __repr__(self) -> str:
         contact = (
             f"S = {self.symmetry:.3f}, contact at t = {self.contact_time:.2f} t0, "
@@ -354,6 +485,21 @@ class Collision:
         return f"<Collision {self.outcome}: {contact}{breakup}>"
 
 
+_LABORATORY = {
+    "contact_time": "s",
+    "contact_speed": "mm_s",
+    "contact_area": "um2",
+    "impact_parameter": "um",
+    "minimum_neck": "um",
+    "breakup_time": "s",
+    "breakup_neck": "um",
+    "small_daughter_area": "um2",
+    "large_daughter_area": "um2",
+    "end_time": "s",
+}
+"""Results with a unit, and the laboratory's unit of each."""
+
+
 def collision_of(
     parameters: Parameters,
     system: _core.System,
@@ -367,8 +513,27 @@ def collision_of(
     SimulationError
         A guard stopped the run.
     """
-    results = np.asarray(system.result(), dtype=np.float64).reshape(1, -1)
-    result = dict(zip(_core.RESULT_FIELDS, results[0].tolist(), strict=True))
+    results = np.asarray(system.result(), dtype=np.float64)
+    events = tuple(system.contacts()), tuple(system.breakups())
+    return Collision(**collision_fields(parameters, results, *events, outlines, met))
+
+
+def collision_fields(
+    parameters: Parameters,
+    results: NDArray[np.float64],
+    contacts: tuple[dict[str, Any], ...],
+    breakups: tuple[dict[str, Any], ...],
+    outlines: Outlines | None,
+    met: Mapping[str, float],
+) -> dict[str, Any]:
+    """Return what makes a `Collision`, from the core's numbers, shape (len(RESULT_FIELDS),).
+
+    Raises
+    ------
+    SimulationError
+        A guard stopped the run.
+    """
+    result = dict(zip(_core.RESULT_FIELDS, results.tolist(), strict=True))
     if result["outcome"] == _FAILED:
         guard = _core.GUARDS[int(result["guard"])]
         value, time = result["guard_value"], result["guard_time"]
@@ -378,19 +543,18 @@ def collision_of(
             value=value,
             time=time,
         )
-    columns = run_columns([parameters], results, met=met)
+    columns = run_columns([parameters], results.reshape(1, -1), met=met)
     row = {name: _plain_scalar(values[0]) for name, values in columns.items()}
     row["broke"] = bool(row["broke"])
-    own = {f.name: row[f.name] for f in fields(Collision) if f.name in row}
-    return Collision(
-        **own,
-        parameters=parameters,
-        daughter_areas=(row["small_daughter_area"], row["large_daughter_area"]),
-        contacts=tuple(system.contacts()),
-        breakups=tuple(system.breakups()),
-        outlines=outlines,
-        _row=row,
-    )
+    return {
+        **{f.name: row[f.name] for f in fields(Collision) if f.name in row},
+        "parameters": parameters,
+        "daughter_areas": (row["small_daughter_area"], row["large_daughter_area"]),
+        "contacts": contacts,
+        "breakups": breakups,
+        "outlines": outlines,
+        "_row": row,
+    }
 
 
 def _plain_scalar(value: Any) -> Any:

@@ -5,22 +5,24 @@ from __future__ import annotations
 import itertools
 import math
 import os
-import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Sized
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff import _core
+from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
-from pinchoff.model.batch import CHUNK_SIZE, run_batch
+from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow
-from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.given import as_parameters, each_given
+from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
 from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
 from pinchoff.support.arguments import checked_whole, finite_or_nan
-from pinchoff.support.errors import InputError
-from pinchoff.support.progress import Show, progress_bar, shifted
+from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -166,8 +168,10 @@ def _outlines(
 
 
 def simulate_many(
-    parameters: Iterable[Parameters],
+    parameters: Iterable[Parameters | Mapping[str, Any]] | Mapping[str, Any] | pd.DataFrame,
     *,
+    outlines: bool | Iterable[int] = False,
+    all_columns: bool = False,
     threads: int | None = None,
     progress: bool | None = None,
     flow: Flow | None = None,
@@ -179,21 +183,30 @@ def simulate_many(
 
     Parameters
     ----------
-    parameters : iterable of Parameters
-        One per collision.
+    parameters : iterable of Parameters or dict, DataFrame, or dict of lists
+        One per collision: `Parameters`, or dicts of their values, or a table with a column for
+        each value that is given (NaN: not given). A dict of lists is a grid: every combination,
+        the last name fastest.
+    outlines : bool or iterable of int, optional
+        Rows whose outlines are recorded too, or True for all: they are `Outlines` in the column
+        ``outlines``, and None elsewhere and where a guard stopped the run.
+    all_columns : bool, optional
+        Whether to keep columns for which nothing is known: those of the laboratory where no run
+        was built from physical quantities, and those of an image.
     threads : int, optional
         How many threads; by default as many as there are cores for this process.
     progress : bool, optional
-        Whether to show a bar on stderr; by default when that is a terminal.
+        Whether to show a bar; by default in terminals and notebooks.
     flow : Flow, optional
         One flow for all; by default the Stokes flow around each run's own obstacle.
 
     Returns
     -------
     DataFrame
-        The columns of `pinchoff.collisions.schema.COLUMNS`, with their units in
-        ``attrs["units"]``. A run that a guard stopped is a row with ``accepted`` False and a
-        ``reject_reason``; so is one whose droplet never touched the obstacle.
+        The columns of `pinchoff.collisions.schema.COLUMNS`, then those of parameters that were
+        given and differ between the runs, with their units in ``attrs["units"]``. A run that a
+        guard stopped is a row with ``accepted`` False and a ``reject_reason``; so is one whose
+        droplet never touched the obstacle.
 
     Raises
     ------
@@ -210,36 +223,118 @@ def simulate_many(
     Examples
     --------
     >>> import pinchoff as po
-    >>> runs = po.simulate_many([po.Parameters(offset=y, follow_daughters=False) for y in (0, 0.2)])
-    >>> runs["broke"].tolist(), runs.attrs["units"]["contact_time"]
-    ([True, False], 't0')
+    >>> runs = po.simulate_many({"offset": [0, 0.2], "line_tension": [40, 80]})
+    >>> runs["broke"].tolist(), runs["line_tension"].tolist()
+    ([True, True, False, False], [40.0, 80.0, 40.0, 80.0])
+    >>> runs.attrs["units"]["contact_time"]
+    't0'
     """
     from pinchoff.collisions import schema
 
-    _require_iterable(parameters)
+    given = each_given(parameters)
     workers = thread_count(threads)
     if flow is not None:
         require_flow(flow)
-    if progress is None:
-        progress = sys.stderr.isatty()
-    total = len(parameters) if isinstance(parameters, Sized) else None
+    recorded = _Recorder(outlines, flow)
+    total = len(given) if isinstance(given, Sized) else None
     parts: list[dict[str, NDArray[Any]]] = []
+    said: set[str] = set()
     done = 0
-    with progress_bar(progress, "collisions", total, unit="runs") as show:
-        for chunk in _chunks(parameters):
-            ids = range(done, done + len(chunk))
-            for number, given in zip(ids, chunk, strict=True):
-                _require_parameters(f"parameters[{number}]", given)
+    with progress_bar(wanted_progress(progress), "collisions", total, unit="runs") as show:
+        for raw in _chunks(given):
+            ids = range(done, done + len(raw))
+            chunk = [as_parameters(one, number) for number, one in zip(ids, raw, strict=True)]
+            said = said.union(*(p.model_fields_set for p in chunk))
             parts.append(
-                run_batch(chunk, ids, threads=workers, flow=flow, show=shifted(show, done))
+                run_batch(
+                    chunk,
+                    ids,
+                    threads=workers,
+                    flow=flow,
+                    varied=PARAMETERS,
+                    show=shifted(show, done),
+                )
             )
+            recorded.record(ids, chunk)
             done += len(chunk)
-    table = schema.table(parts)
+    table = schema.table(parts, _varied(parts, said))
     warn_of_failures(int((table["outcome"] == "failed").sum()), done)
-    return table
+    if not all_columns:
+        unknown = [name for name in _LABORATORY_COLUMNS if table[name].isna().all()]
+        known_units = {n: u for n, u in table.attrs["units"].items() if n not in unknown}
+        table = table.drop(columns=unknown)
+        table.attrs["units"] = known_units
+    return recorded.added_to(table)
 
 
-def _chunks(parameters: Iterable[Parameters]) -> Iterator[list[Parameters]]:
+_LABORATORY_COLUMNS = tuple(
+    column.name
+    for column in COLUMNS
+    if any(unit in column.unit for unit in ("µm", "mm", "mPa", "mN")) or column.unit == "s"
+)
+
+
+def _varied(parts: Sequence[Mapping[str, NDArray[Any]]], said: set[str]) -> list[Column]:
+    """Return the columns of parameters that were given and differ between the runs."""
+
+    def differs(name: str) -> bool:
+        values = np.concatenate([part[name] for part in parts])
+        first = values[:1]
+        same = values == first
+        if values.dtype.kind == "f":
+            same |= np.isnan(values) & np.isnan(first)
+        return not same.all()
+
+    columns = varied_columns(name for name in PARAMETERS if name in said).values()
+    return [column for column in columns if differs(column.name)] if parts else []
+
+
+class _Recorder:
+    """Outlines of some of many runs, each of which is run once more for them."""
+
+    def __init__(self, wanted: bool | Iterable[int], flow: Flow | None) -> None:
+        self._all = wanted is True
+        self._rows = set() if isinstance(wanted, bool) else _row_numbers(wanted)
+        self._flow = flow
+        self._found: dict[int, Outlines | None] = {}
+
+    def record(self, ids: range, chunk: Sequence[Parameters]) -> None:
+        """Record those of a chunk that are wanted."""
+        for number, parameters in zip(ids, chunk, strict=True):
+            if self._all or number in self._rows:
+                try:
+                    run = simulate(parameters, flow=self._flow, outlines=True)
+                except SimulationError:  # the row has the reason
+                    self._found[number] = None
+                else:
+                    self._found[number] = run.outlines
+
+    def added_to(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return the table with the outlines as a column, if any were wanted."""
+        if missing := sorted(self._rows - self._found.keys()):
+            rule = f"numbers of rows, from 0 to {len(table) - 1}"
+            raise InputError.of("outlines", rule, missing[0], "count the runs from 0")
+        if not (self._all or self._rows):
+            return table
+        column = np.full(len(table), None, dtype=object)
+        for number, outlines in self._found.items():
+            column[number] = outlines
+        table["outlines"] = column
+        return table
+
+
+def _row_numbers(wanted: object) -> set[int]:
+    advice = "use True for all, or give rows as [0, 5]"
+    rule = "True, False or numbers of rows"
+    if not isinstance(wanted, Iterable) or isinstance(wanted, str):
+        raise InputError.of("outlines", rule, wanted, advice)
+    numbers = list(wanted)
+    if not all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in numbers):
+        raise InputError.of("outlines", rule, numbers, advice)
+    return {int(number) for number in numbers}
+
+
+def _chunks(parameters: Iterable[Any]) -> Iterator[list[Any]]:
     rest = iter(parameters)
     while chunk := list(itertools.islice(rest, CHUNK_SIZE)):
         yield chunk
@@ -272,13 +367,6 @@ def _require_parameters(name: str, value: object) -> None:
     if not isinstance(value, Parameters):
         advice = "build it with pinchoff.Parameters(...)"
         raise InputError.of(name, "a Parameters", value, advice)
-
-
-def _require_iterable(parameters: object) -> None:
-    # A model is iterable itself, over its fields: one alone must not pass for a collection.
-    if isinstance(parameters, Parameters) or not isinstance(parameters, Iterable):
-        advice = "put them into a list"
-        raise InputError.of("parameters", "an iterable of Parameters", parameters, advice)
 
 
 def require_flow(flow: object) -> None:

@@ -218,7 +218,8 @@ def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
     png, pdf, record = (stem.with_suffix(suffix) for suffix in (".png", ".pdf", ".json"))
     if not all(path.exists() for path in (png, pdf, record)):
         started = time.perf_counter()
-        axes = figure.draw(study)
+        with style.off_screen():
+            axes = figure.draw(study)
         style.save(png, axes)
         style.save(pdf, axes)
         how = f"{figure.how}; {data_name(study)}" if figure.experiment else figure.how

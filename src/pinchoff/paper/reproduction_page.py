@@ -36,8 +36,8 @@ def reproduction_page(made: Reproduction) -> Page:
     notice = (
         "There are no real collisions in this reproduction: what the paper measured is replaced by "
         "synthetic collisions, drawn from the paper's own law under its conditions. Where they are "
-        "used, it is said; that a number is recovered there shows that the analysis works, not that "
-        "the experiment was repeated."
+        "used, it is said; that a number is recovered there shows that the analysis works, not "
+        "that the experiment was repeated."
         if synthetic
         else ""
     )

@@ -178,4 +178,7 @@ def paper_breakup_number(area_mm2: float, speed_mm_s: float, symmetry: float = 1
         the_paper.VISCOSITY_MPA_S, speed_mm_s, the_paper.SURFACE_TENSION_MN_M
     )
     area = area_mm2 * 1e6 / the_paper.OBSTACLE_RADIUS_UM**2
-    return float(breakup_number(capillary, area, symmetry, line=PAPER_EXPERIMENT_LINE))
+    bk: float = breakup_number(
+        capillary, normalized_area=area, symmetry=symmetry, line=PAPER_EXPERIMENT_LINE
+    )
+    return bk

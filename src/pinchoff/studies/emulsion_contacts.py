@@ -68,8 +68,8 @@ def contact_outcomes(
     ended = gone.reindex(droplet).fillna(math.inf).to_numpy(np.float64)
     number = breakup_number(
         CA_PER_CA_SIM * parameters.simulation_capillary_number * met["speed"],
-        met["area"] / circles[pillar, 2] ** 2,
-        met["symmetry"],
+        normalized_area=met["area"] / circles[pillar, 2] ** 2,
+        symmetry=met["symmetry"],
     )
     return pd.DataFrame(
         {

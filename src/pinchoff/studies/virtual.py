@@ -18,13 +18,15 @@ from pinchoff.collisions.law import (
     LineLike,
     as_line,
     breakup_number,
+    breakup_number_of,
     breakup_probability,
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
+from pinchoff.model.parameters import Parameters
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import capillary_number
+from pinchoff.support.quantities import FIXED_FILM, capillary_number
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -71,6 +73,7 @@ def virtual_experiment(
     line: LineLike = PAPER_EXPERIMENT_LINE,
     width: float = paper.WIDTH,
     symmetry_noise: float = paper.SYMMETRY_NOISE,
+    base: Parameters | None = None,
     threads: int | None = None,
     progress: bool | None = None,
 ) -> pd.DataFrame:
@@ -96,6 +99,9 @@ def virtual_experiment(
         w of the law; 0: a step.
     symmetry_noise : float, optional
         Standard error of the measured S, reflected at 0 and 1.
+    base : Parameters, optional
+        Of the engine: the constants of its model, and what Ca stands for, ``ca_conversion`` and
+        ``ca_speed``; sizes, Ca_sim and offsets are drawn. By default the preset ``default``.
     threads, progress
         As of `pinchoff.simulate_many`.
 
@@ -126,18 +132,13 @@ def virtual_experiment(
     symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
     generator = np.random.default_rng(seed)
     if outcomes == "engine":
-        columns = _simulated(generator, n, threads, progress)
+        columns = _simulated(generator, n, base or Parameters(), threads, progress)
     else:
         columns = _by_law(generator, n, as_line(line), width)
     noise = generator.normal(0.0, symmetry_noise, n) if symmetry_noise else np.zeros(n)
     columns["symmetry"] = _reflected(columns["true_symmetry"] + noise)
     columns["source"] = np.full(n, f"{SYNTHETIC}, by {outcomes}", dtype=object)
-    columns["breakup_number"] = breakup_number(
-        columns["capillary_number"],
-        columns["normalized_area"],
-        columns["symmetry"],
-        columns["normalized_thickness"],
-    )
+    columns["breakup_number"] = breakup_number_of(columns)
     return measured_table(columns, [TRUE_SYMMETRY])
 
 
@@ -170,9 +171,9 @@ def _by_law(
     symmetry = symmetry_of_impact(impact)
     bk = breakup_number(
         drawn["capillary_number"],
-        drawn["normalized_area"],
-        symmetry,
-        drawn["normalized_thickness"],
+        normalized_area=drawn["normalized_area"],
+        symmetry=symmetry,
+        normalized_thickness=drawn["normalized_thickness"],
         line=line,
     )
     probability = breakup_probability(bk, width) if width else bk > 1.0
@@ -181,7 +182,11 @@ def _by_law(
 
 
 def _simulated(
-    generator: np.random.Generator, n: int, threads: int | None, progress: bool | None
+    generator: np.random.Generator,
+    n: int,
+    base: Parameters,
+    threads: int | None,
+    progress: bool | None,
 ) -> dict[str, NDArray[Any]]:
     """Simulate until n droplets have touched their obstacle."""
     parts: list[dict[str, NDArray[Any]]] = []
@@ -190,7 +195,7 @@ def _simulated(
         tries = 2 * (n - count)  # about half of them touch
         drawn = _drawn(generator, tries)
         offsets = generator.uniform(0.0, 0.5, tries)
-        columns = {**drawn, **_runs(drawn, offsets, threads, progress)}
+        columns = {**drawn, **_runs(drawn, offsets, base, threads, progress)}
         touched = np.flatnonzero(np.isfinite(columns["true_symmetry"]))[: n - count]
         parts.append({name: column[touched] for name, column in columns.items()})
         count += len(touched)
@@ -198,16 +203,22 @@ def _simulated(
 
 
 def _runs(
-    drawn: dict[str, NDArray[Any]], offsets: Floats, threads: int | None, progress: bool | None
+    drawn: dict[str, NDArray[Any]],
+    offsets: Floats,
+    base: Parameters,
+    threads: int | None,
+    progress: bool | None,
 ) -> dict[str, NDArray[Any]]:
-    from pinchoff.model.parameters import Parameters
     from pinchoff.model.simulation import simulate_many
 
     diameter = np.sqrt(4.0 / math.pi * drawn["area_um2"])
-    forcing = drawn["capillary_number"] * drawn["normalized_thickness"] / paper.CA_PER_CA_SIM
+    forcing = drawn["capillary_number"] * drawn["normalized_thickness"]
     ratio = diameter / drawn["obstacle_radius_um"]
+    film = base.ca_conversion == FIXED_FILM
+    sizes = diameter / paper.MEDIAN_DIAMETER_UM if film else np.ones_like(diameter)
+    forcing = forcing / (base.conversion_constant / sizes**2)
     parameters = [
-        Parameters(
+        base.replace(
             size_ratio=size, simulation_capillary_number=ca, offset=y, follow_daughters=False
         )
         for size, ca, y in zip(ratio.tolist(), forcing.tolist(), offsets.tolist(), strict=True)
@@ -216,7 +227,10 @@ def _runs(
         warnings.simplefilter("ignore", RuntimeWarning)  # such rows say why they are rejected
         runs = simulate_many(parameters, threads=threads, progress=progress)
     names = ("accepted", "reject_reason", "impact_parameter", "daughter_area_ratio")
+    own = runs["contact_speed"].to_numpy() if base.ca_speed == "contact" else 1.0
     return {
+        "speed_mm_s": drawn["speed_mm_s"] * own,
+        "capillary_number": drawn["capillary_number"] * own,
         "true_symmetry": runs["symmetry"].to_numpy(),
         "broke": runs["broke"].to_numpy(dtype=object),
         "neck_thickness": runs["neck_thickness"].to_numpy(),

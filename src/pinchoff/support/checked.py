@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic.fields import FieldInfo
 
 from pinchoff.support.arguments import number_rule
 from pinchoff.support.errors import InputError
@@ -75,6 +77,9 @@ def number(low: float, high: float, meaning: str, **options: Any) -> Any:
     return explained(number_rule(low, high), meaning, ge=low, le=high, **options)
 
 
+_PYDANTICS = {*dir(BaseModel)}
+
+
 class Checked(BaseModel):
     """Immutable model; None stands for the default of a value.
 
@@ -85,6 +90,21 @@ class Checked(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", validate_default=True)
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: Any) -> None:
+        """Let help and completion show names and defaults, not pydantic's types."""
+        cls.__signature__ = inspect.Signature(
+            [
+                inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=_shown(field))
+                for name, field in cls.model_fields.items()
+            ]
+        )
+
+    def __dir__(self) -> list[str]:
+        """Return what is ours: values, properties and methods, without pydantic's."""
+        own = {*type(self).model_fields, "replace"}
+        return sorted(own | {name for name in super().__dir__() if name not in _PYDANTICS})
 
     if not TYPE_CHECKING:  # type checkers take the keywords from the fields
 
@@ -126,6 +146,13 @@ class Checked(BaseModel):
     def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
         """Return a copy as `replace` does: a copy is checked like the original."""
         return self.replace(**(update or {}))
+
+
+def _shown(field: FieldInfo) -> Any:
+    """Return the default that a signature shows: None where it follows from other values."""
+    if field.is_required():
+        return inspect.Parameter.empty
+    return None if field.default_factory else field.default
 
 
 def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:

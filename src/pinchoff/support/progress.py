@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 Show: TypeAlias = Callable[[float], object]
 """Moves a bar to the amount that is done."""
+
+
+_BETWEEN_UPDATES = 0.2  # s
 
 
 class Bar(Protocol):
@@ -15,6 +19,27 @@ class Bar(Protocol):
 
     def __call__(self, done: float, total: float | None = None, label: str | None = None) -> object:
         """Move the bar to what is done."""
+
+
+def _shell() -> Any:
+    """Return IPython's shell, if this program runs in one; it is not imported for that."""
+    ipython = sys.modules.get("IPython")
+    return None if ipython is None else ipython.get_ipython()
+
+
+def on_display() -> bool:
+    """Tell whether somebody looks on through IPython: in its shell or in a notebook."""
+    return _shell() is not None
+
+
+def in_notebook() -> bool:
+    """Tell whether a notebook shows what is displayed."""
+    return getattr(_shell(), "kernel", None) is not None
+
+
+def wanted_progress(progress: bool | None) -> bool:
+    """Return what a caller says of the bar; unsaid, whether somebody is there to see it."""
+    return sys.stderr.isatty() or in_notebook() if progress is None else progress
 
 
 @contextmanager
@@ -38,6 +63,9 @@ def progress_bar(
     """
     if not wanted:
         yield None
+        return
+    if in_notebook():
+        yield from _notebook_bar(label, total, start, unit)
         return
     from rich.console import Console
     from rich.progress import (
@@ -69,6 +97,35 @@ def progress_bar(
         # A run may end before its time limit, and a generator has no length.
         whole = bar.tasks[task].total or 1
         bar.update(task, total=whole, completed=whole)
+
+
+def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Iterator[Bar]:
+    """Show a bar of HTML, which every notebook has without a further package."""
+    from html import escape
+    from time import monotonic
+
+    from IPython.display import HTML, display  # in a notebook it is there
+
+    began, shown = monotonic(), -1.0
+    name, whole = label, total
+    place = display(HTML(escape(label)), display_id=True)
+
+    def move(done: float, total: float | None = total, label: str | None = None) -> None:
+        nonlocal shown, name, whole
+        name, whole = label or name, total or whole
+        now = monotonic() - began
+        if now - shown < _BETWEEN_UPDATES and (whole is None or start + done < whole):
+            return
+        shown = now
+        rest = f", {now / done * (whole - start - done):.0f} s left" if whole and done else ""
+        counted = f"{start + done:,.0f}" + (f" of {whole:,.0f}" if whole else "") if unit else ""
+        share = f" value={min(1.0, (start + done) / whole):.4f}" if whole else ""
+        text = escape(" ".join(filter(None, (counted, unit))) + rest)
+        place.update(HTML(f"{escape(name)} <progress{share}></progress> {text}"))
+
+    yield move
+    done = f"{escape(name)} <progress value=1></progress> done in {monotonic() - began:.1f} s"
+    place.update(HTML(done))
 
 
 def shifted(show: Show | None, done: float) -> Show | None:

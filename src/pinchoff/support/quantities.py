@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import warnings
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from pinchoff.support.checked import Checked, Number, explained, unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.paper_constants import CA_PER_CA_SIM
+from pinchoff.support.paper_constants import (
+    CA_PER_CA_SIM,
+    MEDIAN_DIAMETER_UM,
+    OBSTACLE_RADIUS_UM,
+)
 
 if TYPE_CHECKING:
     import pint
@@ -134,6 +138,39 @@ class PhysicalScale(Checked):
         return self.diameter_um / self.obstacle_radius_um
 
 
+FIXED_FILM = "fixed-film"
+"""The assumption that Ca per Ca_sim is (δ/D0)² with a film δ of one thickness."""
+
+
+def ca_per_ca_sim(
+    conversion: str, constant: float, size_ratio: float, scale: PhysicalScale | None = None
+) -> float:
+    """Return Ca/Ca_sim of a droplet under an assumption on it.
+
+    Parameters
+    ----------
+    conversion : str
+        "constant": the same for all [paper, eq. conv]. "fixed-film": (δ/D0)², as the paper argues
+        for it, with one film thickness δ for all.
+    constant : float
+        Its value; with a fixed film that of the paper's median droplet, D0 = 481 µm.
+    size_ratio : float
+        D0/R, which stands for D0 at the paper's R = 85 µm where there is no scale.
+    scale : PhysicalScale, optional
+
+    Examples
+    --------
+    >>> ca_per_ca_sim("constant", 9.8e-5, 2.83)
+    9.8e-05
+    >>> round(ca_per_ca_sim("fixed-film", 1e-4, 481 / 85 / 2), 10)
+    0.0004
+    """
+    if conversion != FIXED_FILM:
+        return constant
+    diameter_um = scale.diameter_um if scale else size_ratio * OBSTACLE_RADIUS_UM
+    return constant * (MEDIAN_DIAMETER_UM / diameter_um) ** 2
+
+
 class _Quantity(NamedTuple):
     """How a physical argument is read: its field in the scale, its unit and its kind."""
 
@@ -184,18 +221,23 @@ _QUANTITY = re.compile(
 _POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 
 
-def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
+def physical_groups(
+    quantities: Mapping[str, Physical | None], *, thickness_acts: bool = False
+) -> dict[str, Any]:
     """Read physical quantities with their units, and return what follows from them.
 
     Parameters
     ----------
     quantities : mapping of str to str or pint.Quantity
-        The `PHYSICAL_NAMES`; ``offset`` may be missing and is then zero.
+        The `PHYSICAL_NAMES`; ``offset`` may be missing.
+    thickness_acts : bool, optional
+        Whether the chamber's thickness is in the model; else one that is not R is warned of.
 
     Returns
     -------
     dict
-        ``size_ratio``, ``simulation_capillary_number``, ``offset`` (D0) and ``scale``.
+        ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
+        ``offset`` (D0).
 
     Raises
     ------
@@ -206,10 +248,28 @@ def physical_groups(quantities: Mapping[str, Physical]) -> dict[str, Any]:
     for name in quantities:
         if name not in PHYSICAL_NAMES:
             raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
-    magnitudes = {name: physical_magnitude(name, quantities.get(name)) for name in PHYSICAL_NAMES}
-    groups = groups_of_magnitudes(magnitudes)
-    warn_of_thickness(groups["scale"])
+    groups = groups_of_magnitudes(physical_magnitudes(quantities))
+    if not thickness_acts:
+        warn_of_thickness(groups["scale"])
     return groups
+
+
+def physical_magnitudes(
+    quantities: Mapping[str, Physical | None], varied: Container[str] = ()
+) -> dict[str, float]:
+    """Read the `PHYSICAL_NAMES` that are not varied; all of them but the offset must be there.
+
+    Raises
+    ------
+    InputError
+        As `physical_groups`.
+    """
+    given = (name for name in PHYSICAL_NAMES if name not in varied)
+    return {
+        name: physical_magnitude(name, quantities.get(name))
+        for name in given
+        if name != "offset" or quantities.get(name) is not None
+    }
 
 
 def physical_magnitude(name: str, value: Physical | None) -> float:
@@ -218,10 +278,10 @@ def physical_magnitude(name: str, value: Physical | None) -> float:
     Raises
     ------
     InputError
-        As `physical_groups`; only the offset may be missing.
+        As `physical_groups`.
     """
     if name == "offset":
-        return 0.0 if value is None else _magnitude(name, value, _OFFSET)
+        return _magnitude(name, value, _OFFSET)
     quantity = _SCALE_QUANTITIES[name]
     magnitude = _magnitude(name, value, quantity)
     if not magnitude > 0:
@@ -234,15 +294,16 @@ def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
     scale = PhysicalScale(
         **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
     )
-    return groups_of_scale(scale, magnitudes["offset"])
+    return groups_of_scale(scale, magnitudes.get("offset"))
 
 
-def groups_of_scale(scale: PhysicalScale, offset_um: float) -> dict[str, Any]:
-    """Return what follows from an experiment and the droplet's start y, µm."""
+def groups_of_scale(scale: PhysicalScale, offset_um: float | None) -> dict[str, Any]:
+    """Return what follows from an experiment and the droplet's start y, µm, if that is given."""
+    offset = {} if offset_um is None else {"offset": offset_um / scale.diameter_um}
     return {
+        **offset,
         "size_ratio": scale.size_ratio,
         "simulation_capillary_number": scale.simulation_capillary_number,
-        "offset": offset_um / scale.diameter_um,
         "scale": scale,
     }
 

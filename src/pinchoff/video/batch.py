@@ -16,6 +16,7 @@ import pyarrow.parquet as pq
 
 from pinchoff.collisions.parquet import read_collisions
 from pinchoff.model.simulation import thread_count
+from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 from pinchoff.support.progress import progress_bar
@@ -56,8 +57,8 @@ class ClipOutcome(NamedTuple):
     reused: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class VideoResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class VideoResult(Drawable):
     """What came of a batch.
 
     Attributes
@@ -73,6 +74,14 @@ class VideoResult:
     path: Path
     clips: list[ClipOutcome]
     collisions: pd.DataFrame
+
+    def __repr__(self) -> str:
+        clips = "1 clip" if len(self.clips) == 1 else f"{len(self.clips)} clips"
+        accepted = int(self.collisions["accepted"].sum())
+        failed = sum(bool(clip.error) for clip in self.clips)
+        errors = f"; {failed} could not be measured" if failed else ""
+        rows = f"{accepted} accepted of {len(self.collisions)} collisions"
+        return f"<VideoResult of {clips}{errors}: {rows}, in {self.path}>"
 
 
 def measure_videos(

@@ -27,20 +27,24 @@ from pinchoff.video.obstacles import is_obstacle, known_obstacles, obstacles_of
 from pinchoff.video.quality import Quality, persistence, quality
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
-from pinchoff.video.signal import Image, Signal, best_channel, noise_of, strong_tint
+from pinchoff.video.signal import Signal, best_channel, noise_of, strong_tint
 
 Floats = NDArray[np.float64]
 
-_FIRST = 3  # frames on which every variant is tried
+_FIRST = 2  # frames on which every variant is tried
 _FINALISTS = 2  # variants of each method that are tried on more
 _TRIED = 4  # frames on which they are
+_PAIRS = 3  # frames in whose next one droplets are looked for again
+_SLOW = {"packed": 1}  # frames on which a method that takes long is tried
+_HOPELESS = 0.3  # of the best score so far: then it does not matter what persists
 _LEARNED = 8  # frames from which one learns what stands still
 _WINDOWS = (32, 16, 8, 4)  # parts of the shorter side over which the local mean is taken
+_BRIGHT_WINDOWS = (16, 8)  # the same for rims that are bright, which are rare
 _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
-_AS_GOOD = 0.9  # of the best score: then the method that comes first is taken
-_AS_GOOD_AT_PILLARS = 0.5  # the same where there are pillars
+_AS_GOOD = 0.97  # of the best score: then the method that comes first is taken
+_RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 
 
@@ -123,8 +127,8 @@ def _rings(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
 def _enclosed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
     channel = best_channel(sample.frames)
     shorter = min(sample.frames[0].luma.shape)
-    for inverted in (False, True):
-        for window in _odd(shorter / part for part in _WINDOWS):
+    for inverted, parts in ((False, _WINDOWS), (True, _BRIGHT_WINDOWS)):
+        for window in _odd(shorter / part for part in parts):
             build = partial(
                 EnclosedSegmenter.learned,
                 signal=Signal(channel, inverted),
@@ -199,21 +203,17 @@ def choose(
     segment : callable, optional
         A user's own, which is used in place of all methods.
     """
-    frames = _spread(sample.frames, _TRIED)
-    names = [settings.method] if settings.method is not None else list(METHODS)
     background = median_background(sample.frames)
     obstacles = obstacles_of(background, settings)
+    contest = _Contest(sample, settings, obstacles)
     if segment is not None:
         own = FunctionSegmenter(segment, settings.minimum_area_px)
-        variant = (partial(_same, own), {"function": function_name(segment)})
-        trial = _persisting(_trial(OWN, variant, frames, frames, obstacles), sample)
-        return Choice(background, trial, [trial], frames)
-    trials = [_tried(name, sample, frames, settings, obstacles) for name in names]
-    best = max(each.quality.score for each in trials)
-    # Only rings tell a droplet from the pillar that it touches: it is not in the background.
-    share = _AS_GOOD_AT_PILLARS if len(obstacles) else _AS_GOOD
-    least = share * best if best > 0.0 else best
-    chosen = next(each for each in trials if each.quality.score >= least)
+        variant: _Variant = (partial(_same, own), {"function": function_name(segment)})
+        trial = contest.tried(OWN, [variant])
+        return Choice(background, trial, [trial], contest.frames)
+    names = [settings.method] if settings.method is not None else list(METHODS)
+    trials = [contest.tried(name, list(METHODS[name](sample, settings))) for name in names]
+    chosen = _best(trials, contest.best, bool(len(obstacles)))
     segmenter = chosen.segmenter
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
@@ -221,7 +221,20 @@ def choose(
         small = chosen
         chosen = _without_small(small)
         trials = [chosen if each is small else each for each in trials]
-    return Choice(background, chosen, trials, frames)
+    return Choice(background, chosen, trials, contest.frames)
+
+
+def _best(trials: Sequence[Trial], best: float, pillars: bool) -> Trial:
+    """Return the first of the trials that is as good as the best."""
+    for trial in trials:
+        share = _AS_GOOD
+        if trial.method == "rings":
+            # They measure finest, and only they tell a droplet from the pillar that it touches,
+            # which is not in what they see.
+            share = _RINGS_AT_PILLARS if pillars else _RINGS
+        if trial.quality.score >= share * best > 0.0:
+            return trial
+    return max(trials, key=lambda each: each.quality.score)
 
 
 def _without_small(trial: Trial) -> Trial:
@@ -238,65 +251,70 @@ def _without_small(trial: Trial) -> Trial:
     return trial._replace(variant={**trial.variant, "minimum_area_px": least}, found=kept)
 
 
-def _tried(
-    name: str,
-    sample: Sample,
-    frames: Sequence[Frame],
-    settings: VideoSettings,
-    obstacles: Floats,
-) -> Trial:
-    """Return the best variant of a method: of all on few frames, then of the best on more."""
-    variants = list(METHODS[name](sample, settings))
-    few = _spread(frames, _FIRST)
-    if len(variants) > _FINALISTS:
-        first = [_trial(name, variant, few, few, obstacles) for variant in variants]
-        order = sorted(range(len(first)), key=lambda k: -first[k].quality.score)
-        variants = [variants[k] for k in order[:_FINALISTS]]
-    learned = _spread(sample.frames, _LEARNED)
-    trials = [
-        _persisting(_trial(name, each, learned, frames, obstacles), sample) for each in variants
-    ]
-    return max(trials, key=lambda each: each.quality.score)
+class _Contest:
+    """The methods tried on the same frames, one after the other.
 
+    Attributes
+    ----------
+    frames : list of Frame
+        On which they are tried.
+    best : float
+        The best score so far.
+    """
 
-def _trial(
-    name: str,
-    variant: _Variant,
-    learned: Sequence[Frame],
-    frames: Sequence[Frame],
-    obstacles: Floats,
-) -> Trial:
-    build, description = variant
-    segmenter = build(learned)
-    found = [
-        [each for each in segmenter.droplets(frame) if not is_obstacle(each, obstacles)]
-        for frame in frames
-    ]
-    images, noise = _pictures(frames)
-    return Trial(name, segmenter, description, quality(images, found, noise), found)
+    def __init__(self, sample: Sample, settings: VideoSettings, obstacles: Floats) -> None:
+        self.frames = _spread(sample.frames, _TRIED)
+        self.best = 0.0
+        self._learned = _spread(sample.frames, _LEARNED)
+        places = np.linspace(0, len(sample.pairs) - 1, min(_PAIRS, len(sample.pairs)))
+        self._pairs = [sample.pairs[round(place)] for place in places.tolist()]
+        self._obstacles = obstacles
+        signal = Signal(best_channel(self.frames))
+        self._images = [signal.of(frame) for frame in self.frames]
+        self._noise = float(np.median([noise_of(image) for image in self._images]))
 
-
-def _persisting(trial: Trial, sample: Sample) -> Trial:
-    """Return a trial whose score knows whether droplets are there again in the next frame."""
-    if not sample.pairs:
+    def tried(self, name: str, variants: Sequence[_Variant]) -> Trial:
+        """Return the best variant of a method: of all on few frames, then of the best on more."""
+        few = [0, len(self.frames) - 1][: _SLOW.get(name, _FIRST)][: len(self.frames)]
+        if len(variants) > 1:
+            learned = [self.frames[k] for k in few]
+            first = [self._trial(name, variant, learned, few) for variant in variants]
+            order = sorted(range(len(first)), key=lambda k: -first[k].quality.score)
+            variants = [variants[k] for k in order[: _SLOW.get(name, _FINALISTS)]]
+        every = list(range(len(self.frames)))
+        trials = [self._trial(name, variant, self._learned, every) for variant in variants]
+        trials = [self._persisting(trial) for trial in trials]
+        trial = max(trials, key=lambda each: each.quality.score)
+        self.best = max(self.best, trial.quality.score)
         return trial
-    pairs = [
-        (trial.segmenter.droplets(one), trial.segmenter.droplets(other))
-        for one, other in sample.pairs
-    ]
-    height, width = sample.frames[0].luma.shape
-    share = persistence(pairs, (width, height))
-    if math.isnan(share):
-        return trial
-    seen = trial.quality
-    score = seen.score * share if seen.score > 0.0 else seen.score
-    return trial._replace(quality=seen._replace(score=score, persistent=share))
 
+    def _trial(
+        self, name: str, variant: _Variant, learned: Sequence[Frame], places: Sequence[int]
+    ) -> Trial:
+        build, description = variant
+        segmenter = build(learned)
+        found = [self._droplets(segmenter, self.frames[place]) for place in places]
+        seen = quality([self._images[place] for place in places], found, self._noise)
+        return Trial(name, segmenter, description, seen, found)
 
-def _pictures(frames: Sequence[Frame]) -> tuple[list[Image], float]:
-    signal = Signal(best_channel(frames))
-    images = [signal.of(frame) for frame in frames]
-    return images, float(np.median([noise_of(image) for image in images]))
+    def _droplets(self, segmenter: Segmenter, frame: Frame) -> list[Droplet]:
+        found = segmenter.droplets(frame)
+        return [each for each in found if not is_obstacle(each, self._obstacles)]
+
+    def _persisting(self, trial: Trial) -> Trial:
+        """Return a trial whose score knows whether droplets are there again in the next frame."""
+        seen = trial.quality
+        if not self._pairs or seen.score <= _HOPELESS * self.best:
+            return trial
+        pairs = [
+            (self._droplets(trial.segmenter, one), self._droplets(trial.segmenter, other))
+            for one, other in self._pairs
+        ]
+        height, width = self.frames[0].luma.shape
+        share = persistence(pairs, (width, height))
+        if math.isnan(share):
+            return trial
+        return trial._replace(quality=seen._replace(score=seen.score * share, persistent=share))
 
 
 def _spread(frames: Sequence[Frame], most: int) -> list[Frame]:

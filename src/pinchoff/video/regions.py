@@ -25,6 +25,8 @@ LEAST_CONTRAST = 1.5
 """Deviations of the noise below which nothing is taken for a rim or an edge."""
 
 _BAY = 0.35  # widest mouth of a bay that a speck on the rim makes, square roots of the area
+_DENT = 0.5  # the same for the outline
+_FINE = 16.0  # parts of a pixel in which outlines are compared with their hulls
 _CONVEX = 0.93  # least share of its convex hull that a droplet fills, without such bays
 _FULL = 0.62  # least share of the smallest rectangle about it: a disc fills 0.79, a triangle 0.5
 _LONGEST = 10.0  # its sides
@@ -78,24 +80,35 @@ def outside_view(image: Image) -> Pixels | None:
 
 def without_bays(walk: Walk) -> Walk:
     """Return the walk round a region without the narrow bays that specks on its rim make."""
+    return walk[_outside_bays(walk, _BAY)]
+
+
+def without_dents(outline: Floats) -> Floats:
+    """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
+    fine = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
+    return outline[_outside_bays(fine, _DENT)]
+
+
+def _outside_bays(walk: Walk, widest: float) -> Bools:
+    """Return which points of a walk are not in bays up to a width, square roots of its area."""
+    keep = np.ones(len(walk), dtype=bool)
     hull = cv2.convexHull(walk, returnPoints=False)
     try:
         defects = cv2.convexityDefects(walk, hull)
     except cv2.error:  # walks that touch themselves
-        return walk
+        return keep
     if defects is None:
-        return walk
-    widest = _BAY * math.sqrt(cv2.contourArea(walk))
-    keep = np.ones(len(walk), dtype=bool)
+        return keep
+    mouth = widest * math.sqrt(cv2.contourArea(walk))
     for start, end, _, depth in defects.reshape(-1, 4).tolist():
-        mouth = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
-        if depth > 256 and mouth <= widest:  # a pixel
+        across = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
+        if depth > 256 and across <= mouth:  # a unit
             if start < end:
                 keep[start + 1 : end] = False
             else:
                 keep[start + 1 :] = False
                 keep[:end] = False
-    return walk[keep]
+    return keep
 
 
 def is_compact(walk: Walk) -> bool:

@@ -24,6 +24,8 @@ CHANNELS = ("brightness", "red", "green", "blue", "redness", "blueness")
 # Of the blue and the red difference in each colour, and how much more contrast against its noise
 # than brightness, which has the finer resolution, a colour must have.
 _MIXING = {"red": (0.0, 1.14), "green": (-0.395, -0.581), "blue": (2.032, 0.0)}
+_DARK = 24.0  # grey levels: what is darker has no colour
+_TINT_SCALE = 127.0  # grey levels for what is all red, or all blue
 _TINTS = {"blueness": 0, "redness": 1}
 _CLEARLY_BETTER = 1.5
 _TINTED = 12.0  # grey levels between what is most and least red, or blue
@@ -48,9 +50,12 @@ class Signal(NamedTuple):
         image: Image = frame.luma.astype(np.float32)
         if self.channel in _TINTS and frame.chroma is not None:
             height, width = frame.luma.shape
-            image = cv2.resize(
-                frame.chroma[_TINTS[self.channel]].astype(np.float32), (width, height)
-            )
+            tint = frame.chroma[_TINTS[self.channel]].astype(np.float32) - np.float32(128.0)
+            # Of the light that is there: a rim is dark, but as red as what it encloses.
+            light = np.maximum(cv2.GaussianBlur(image, (0, 0), 1.0), np.float32(_DARK))
+            image = np.asarray(cv2.resize(tint, (width, height)))
+            image = np.clip(_TINT_SCALE * image / light + np.float32(128.0), 0.0, 255.0)
+            image = image.astype(np.float32)
         elif self.channel != "brightness" and frame.chroma is not None:
             height, width = frame.luma.shape
             for weight, plane in zip(_MIXING[self.channel], frame.chroma, strict=True):

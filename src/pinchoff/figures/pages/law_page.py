@@ -38,6 +38,7 @@ PAPER = {
     "epsilon_mu": "1",
     "epsilon_gamma": "1",
     "epsilon_v": "1",
+    "dimension": "0",
 }
 """What the paper finds in its experiments."""
 

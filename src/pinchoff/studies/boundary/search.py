@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,8 +23,9 @@ from pinchoff.studies.boundary.line_fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.checked import unknown_name
+from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
-from pinchoff.support.progress import Show, progress_bar, shifted
+from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -42,7 +42,7 @@ _NOT_VARIED = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Boundary:
+class Boundary(Drawable):
     """Brackets round the separating line.
 
     Attributes
@@ -118,7 +118,11 @@ class Boundary:
         if speed not in ("flow", "contact"):
             raise InputError.of("speed", "'flow' or 'contact'", speed, "choose one of them")
         rows = self.found
-        factor = rows["contact_speed"] if speed == "contact" else 1.0
+        # whether Ca is made with that speed already
+        own = rows.get("ca_speed", rows["contact_speed"]).eq("contact")
+        factor = rows["contact_speed"].where(~own, 1.0) if speed == "contact" else 1.0
+        if speed == "flow":
+            factor = (1.0 / rows["contact_speed"]).where(own, 1.0)
         return fit_line(
             rows["capillary_number"] * rows["normalized_thickness"] * factor,
             rows["normalized_area"],
@@ -170,7 +174,7 @@ def boundary(
     threads : int, optional
         How many threads; by default as many as there are cores for this process.
     progress : bool, optional
-        Whether to show a bar on stderr; by default when that is a terminal.
+        Whether to show a bar on stderr; by default in terminals and notebooks.
     flow : Flow, optional
         One flow for all points, about an obstacle at the origin; by default the Stokes flow around
         each point's own.
@@ -205,7 +209,7 @@ def boundary(
     workers = thread_count(threads)
     points, varied = _points(base, vary or {})
     searches = [Search(_reach(point), width, scan, _LARGEST_OFFSET) for point in points]
-    shown = sys.stderr.isatty() if progress is None else progress
+    shown = wanted_progress(progress)
     with progress_bar(shown, "separating line", len(points) * (scan + 7)) as show:
         runner = _Runner(points, workers, show, flow)
         brackets = run_searches(searches, runner)

@@ -25,7 +25,9 @@ COLUMNS: dict[str, Column] = {
         measure_column("simulation_capillary_number", "1", "Ca_sim = μ̃/γ̃"),
         measure_column("line_tension", "M v_f∞²/D0", "γ̃"),
         measure_column("drag", "M/t0", "μ̃"),
-        measure_column("capillary_number", "1", "Ca = 9.8e-5 Ca_sim, with v_f∞"),
+        measure_column("capillary_number", "1", "Ca, with the speed of ca_speed"),
+        measure_column("ca_per_ca_sim", "1", "Ca/Ca_sim that was assumed"),
+        Column("ca_speed", "", "str", "speed in Ca: far, v_f∞; or contact, contact_speed"),
         measure_column("normalized_area", "1", "Ã of the undeformed droplet"),
         measure_column("normalized_thickness", "1", "z̃"),
         measure_column("control_parameter", "1", "Ca Ã z̃"),
@@ -63,6 +65,8 @@ _POINT_COLUMNS = (
     "line_tension",
     "drag",
     "capillary_number",
+    "ca_per_ca_sim",
+    "ca_speed",
     "normalized_area",
     "normalized_thickness",
 )
@@ -91,18 +95,16 @@ def boundary_table(
     places = zip(runs["point"], runs["offset"], strict=True)
     speeds = dict(zip(places, runs["contact_speed"], strict=True))
     captured = (runs["outcome"] == "captured").groupby(runs["point"]).sum()
-    rows = [
-        {
-            "point": k,
-            **{name: getattr(point, name) for name in [*_POINT_COLUMNS, *further]},
-            "control_parameter": point.capillary_number
-            * point.normalized_area
-            * point.normalized_thickness,
-            **_bracket_columns(k, bracket, speeds),
-            "captured_runs": int(captured[k]),
-        }
-        for k, (point, bracket) in enumerate(zip(points, brackets, strict=True))
-    ]
+    rows = []
+    for k, (point, bracket) in enumerate(zip(points, brackets, strict=True)):
+        row = {"point": k, **{name: getattr(point, name) for name in [*_POINT_COLUMNS, *further]}}
+        row |= _bracket_columns(k, bracket, speeds)
+        if point.ca_speed == "contact":
+            row["capillary_number"] *= row["contact_speed"]
+        groups = ("capillary_number", "normalized_area", "normalized_thickness")
+        row["control_parameter"] = math.prod(row[name] for name in groups)
+        row["captured_runs"] = int(captured[k])
+        rows.append(row)
     names = list(COLUMNS)
     names[names.index("line_tension") + 1 : names.index("line_tension") + 1] = further
     table = pd.DataFrame(rows, columns=names)

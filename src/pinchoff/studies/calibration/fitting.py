@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,9 +23,10 @@ from pinchoff.studies.calibration.sensitivity import (
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
 from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
+from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.progress import progress_bar, wanted_progress
 
 if TYPE_CHECKING:
     import os
@@ -65,7 +65,7 @@ _FIRST_STEP = 0.15  # in parts of the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration:
+class Calibration(Drawable):
     """Constants with which the simulated line is nearest to a target, and how firmly.
 
     Attributes
@@ -188,7 +188,7 @@ def calibrate(
     threads : int, optional
         How many threads; by default as many as there are cores for this process.
     progress : bool, optional
-        Whether to show a bar on stderr; by default when that is a terminal.
+        Whether to show a bar on stderr; by default in terminals and notebooks.
 
     Returns
     -------
@@ -227,7 +227,7 @@ def calibrate(
         settings=_settings(aim, model, bounds, points, width, scan),
         path=None if out is None else Path(out) / LOG,
     )
-    shown = sys.stderr.isatty() if progress is None else progress
+    shown = wanted_progress(progress)
     pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
     total = 1 + evaluations + len(pairs) * grid**2
     with progress_bar(shown, "evaluations", total) as show:

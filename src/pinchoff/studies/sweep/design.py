@@ -26,6 +26,7 @@ from pinchoff.support.quantities import (
     PHYSICAL_NAMES,
     groups_of_magnitudes,
     physical_magnitude,
+    physical_magnitudes,
     refuse_physical_groups,
 )
 
@@ -211,9 +212,9 @@ class SweepDesign:
     def _parameters(self, values: Mapping[str, Any]) -> Parameters:
         if self.physical is None:
             return Parameters(**{**self.constants, **values})
-        quantities = {name: values.get(name, self.physical.get(name)) for name in PHYSICAL_NAMES}
+        varied = {name: value for name, value in values.items() if name in PHYSICAL_NAMES}
         constants = {name: value for name, value in values.items() if name not in PHYSICAL_NAMES}
-        groups = groups_of_magnitudes(quantities)
+        groups = groups_of_magnitudes({**self.physical, **varied})
         return Parameters(**{**self.constants, **constants, **groups})
 
     def _check_axes(self) -> None:
@@ -269,11 +270,7 @@ def _physical_magnitudes(
             rule = "the name of a physical quantity"
             raise unknown_name(f"physical.{name}", rule, name, PHYSICAL_NAMES)
     try:
-        return {
-            name: physical_magnitude(name, given.get(name))
-            for name in PHYSICAL_NAMES
-            if name not in vary
-        }
+        return physical_magnitudes(given, vary)
     except InputError as error:
         raise error.within("physical") from None
 

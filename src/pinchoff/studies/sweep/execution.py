@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
@@ -16,7 +15,7 @@ from pinchoff.studies.sweep.dataset import SweepDataset, opened, read_manifest, 
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.studies.sweep.parts import Part, compute_parts
 from pinchoff.support.errors import InputError
-from pinchoff.support.progress import Show, progress_bar, shifted
+from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
 from pinchoff.support.quantities import warn_of_thickness
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def sweep(
     client : distributed.Client, optional
         Runs the parts on its cluster instead; the workers need the same version of this package.
     progress : bool, optional
-        Whether to show a bar on stderr; by default when that is a terminal.
+        Whether to show a bar on stderr; by default in terminals and notebooks.
 
     Returns
     -------
@@ -102,7 +101,7 @@ def sweep(
     design = _design(config)
     path = Path(out)
     workers = _workers(threads, client)
-    shown = sys.stderr.isatty() if progress is None else progress
+    shown = wanted_progress(progress)
     _check(design, path, shown)
     failed = 0
     with opened(path, design) as dataset:

@@ -11,6 +11,7 @@ lost half of its darkness. Where a wall prolongs the rim, it is as wide as it is
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ from pinchoff.video.regions import (
     smoothed,
     standing_rows,
     without_bays,
+    without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
 
@@ -49,6 +51,7 @@ _LEVELS = 7  # of darkness, one twice the other
 _INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
 _STEP = 0.5  # along rays, pixels
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
+_TOO_NARROW, _PALE_SHARE = 0.6, 0.25  # usual widths; of the border, at most
 _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
 _VIEW_SHARE, _VIEW_PX = 0.35, 2.5  # of the rim's width, pixels: no farther from the interior is
 # the dark edge of the view if it cuts a droplet
@@ -146,20 +149,19 @@ class EnclosedSegmenter:
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
         scene = Scene(noise, levels, outside_view(images[0]), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
-        seen: list[Floats] = []
-        used: set[float] = set()
-        for frame in frames:
-            regions = first._regions(first._darkness(frame))
-            used.update(region.level for region in regions)
-            seen.append(np.array([[r.x, r.y, r.area] for r in regions]).reshape(-1, 3))
-        scene = scene._replace(levels=tuple(sorted(used)), standing=standing_rows(seen))
+        seen = [(first._regions(dark), dark.shape) for dark in map(first._darkness, frames)]
+        rows = [np.array([[r.x, r.y, r.area] for r in here]).reshape(-1, 3) for here, _ in seen]
+        first.scene = scene = scene._replace(standing=standing_rows(rows))
+        scene = scene._replace(levels=_needed_levels([first._moving(r) for r, _ in seen]))
         return cls(signal, window, minimum_area, scene)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        regions = [each for each in self._regions(dark) if not self._stands(each)]
-        return self._outlined(_chosen(regions, dark.shape), dark)
+        return self._outlined(_chosen(self._moving(self._regions(dark)), dark.shape), dark)
+
+    def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
+        return [each for each in regions if not self._stands(each)]
 
     def _stands(self, region: _Region) -> bool:
         row = np.array([region.x, region.y, region.area])
@@ -245,6 +247,7 @@ class EnclosedSegmenter:
             away[border.at_edge] = 0.0
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
+            outline = without_dents(outline)
             area = _core.area(outline)
             if area < self.minimum_area:
                 found.append(None)
@@ -319,10 +322,49 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     typical = float(np.quantile(known, 0.4)) if len(known) else 1.0
     plain = np.isfinite(widths) & (widths <= _TOO_WIDE * typical)
     filled = np.where(plain, widths, typical)
+    # Where it is pale for a short way it seems narrow.
+    narrow = filled < _TOO_NARROW * typical
+    if np.count_nonzero(narrow) <= _PALE_SHARE * len(widths):
+        filled[narrow] = typical
     # A speck on the rim makes a few rays end early or late.
     around = [np.roll(filled, k) for k in range(-_SPECK, _SPECK + 1)]
     usual: Floats = np.median(around, axis=0)
     return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
+
+
+def _needed_levels(seen: Sequence[Sequence[_Region]]) -> tuple[float, ...]:
+    """Return as few levels as show every region twice, or once where only one shows it.
+
+    Parameters
+    ----------
+    seen : sequence of list of _Region
+        In each frame, at all levels.
+    """
+    wanted: list[set[float]] = []  # for each region the levels at which it is there
+    for regions in seen:
+        rows = np.array([[r.x, r.y, r.area] for r in regions]).reshape(-1, 3)
+        levels = np.array([r.level for r in regions])
+        left = np.ones(len(regions), dtype=bool)
+        for k in np.argsort(-rows[:, 2]).tolist():
+            if left[k]:
+                away = np.hypot(rows[:, 0] - rows[k, 0], rows[:, 1] - rows[k, 1])
+                same = (away <= 0.25 * math.sqrt(rows[k, 2])) & (rows[:, 2] >= _SAME * rows[k, 2])
+                left &= ~same
+                wanted.append(set(levels[same].tolist()))
+    chosen: set[float] = set()
+    missing = [min(2, len(levels)) for levels in wanted]
+    while any(missing):
+        gain: Counter[float] = Counter()
+        for levels_of, count in zip(wanted, missing, strict=True):
+            if count:
+                gain.update(levels_of - chosen)
+        level = max(gain, key=lambda each: (gain[each], each))
+        chosen.add(level)
+        missing = [
+            count - (count > 0 and level in levels_of)
+            for levels_of, count in zip(wanted, missing, strict=True)
+        ]
+    return tuple(sorted(chosen))
 
 
 def _owners(regions: Sequence[_Region], shape: tuple[int, ...]) -> NDArray[np.int16]:
@@ -356,5 +398,5 @@ def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Regio
     left, top, wide, high = cv2.boundingRect(region.hole)
     mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)
     cv2.drawContours(mask, [region.hole], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
-    inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max())
+    inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 0.5  # to its edge
     return math.pi * inner**2 < _GAP_ROUNDNESS * cv2.countNonZero(mask)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
+from pinchoff.video.methods.alike import more_alike
 from pinchoff.video.reading import Frame
 from pinchoff.video.signal import Signal
 
@@ -142,7 +143,13 @@ class RimSegmenter:
                 x, y = _core.centroid(inside)
                 cut = bool(np.any(inside != points))
                 droplets.append(Droplet(inside, _core.area(inside), x, y, cut, -1))
-        return droplets
+        return droplets + [
+            each for each in more_alike(luma, droplets) if not self._on_obstacle(each)
+        ]
+
+    def _on_obstacle(self, droplet: Droplet) -> bool:
+        away = np.hypot(self._obstacles[:, 0] - droplet.x, self._obstacles[:, 1] - droplet.y)
+        return bool((away < self._obstacles[:, 2]).any())
 
 
 def _candidates(luma: Image, smallest: float, largest: float, dim: float) -> _Circles:

@@ -35,6 +35,7 @@ from pinchoff.video.regions import (
     smoothed,
     standing_rows,
     without_bays,
+    without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
 
@@ -43,12 +44,14 @@ Bools = NDArray[np.bool_]
 Pixels = NDArray[np.uint8]
 
 _DENOISING = 1.0  # standard deviation of the filter, pixels
-_LEVELS = 9  # of darkness, from the noise to nearly the darkest
-_NEARLY = 0.8
+_LEVELS = 7  # of darkness, from the noise to nearly the darkest
+_FAINTEST, _NEARLY = 2.0, 0.8  # times the least contrast, and of the darkest
 _REACH = 0.25  # of the radius: how far rays go to both sides
 _LEAST_REACH = 3.0  # pixels
 _VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
+_SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
+_SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
 _SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
 _CELLS = 0.4  # share of a spot that those within it fill, if it is no droplet itself
@@ -116,7 +119,7 @@ class SpotSegmenter:
         scene = Scene(noise, (), outside_view(images[0]), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
-        faintest = LEAST_CONTRAST * noise
+        faintest = _FAINTEST * LEAST_CONTRAST * noise
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
         first.scene = scene = scene._replace(levels=tuple(levels.tolist()))
         seen: list[Floats] = []
@@ -148,12 +151,15 @@ class SpotSegmenter:
             meets = (other >= 0) & (other != number)
             for neighbour in np.unique(other[meets]).tolist():
                 groups.join(number, neighbour)
-            away = np.where(meets | border.at_edge, 0.0, spot.move)
+            # Single rays go astray where droplets meet.
+            usual = np.median([np.roll(spot.move, k) for k in range(-3, 4)], axis=0)
+            away = np.where(meets | border.at_edge, 0.0, usual)
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
-            area = _core.area(outline)
             cut = bool(border.at_edge.any())
             cut = cut or leaves_view(self.scene.view, outline, border.normals, _VIEW_PX)
+            outline = without_dents(outline)
+            area = _core.area(outline)
             middle_x, middle_y = _core.centroid(outline)
             droplet = Droplet(outline, area, middle_x, middle_y, cut, -1)
             found.append(droplet if area >= self.minimum_area else None)
@@ -183,39 +189,49 @@ class SpotSegmenter:
     def _at_level(self, dark: Image, level: float) -> list[_Spot]:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-        walks, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        walks, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
         spots: list[_Spot] = []
-        for walk in walks:
-            if cv2.contourArea(walk) < 0.5 * self.minimum_area:
+        for place, walk in enumerate(walks):
+            if hierarchy[0, place, 3] >= 0 or cv2.contourArea(walk) < 0.5 * self.minimum_area:
                 continue
             whole = without_bays(walk)
             if is_ground(whole, (dark.shape[1], dark.shape[0])):
                 continue
-            parts = [whole] if is_compact(whole) else self._parted(walk)
+            if is_compact(whole):
+                parts = [whole]
+            elif cv2.contourArea(walk) >= max(
+                2.0 * self.minimum_area, _SPARSE * cv2.contourArea(cv2.convexHull(walk))
+            ):
+                parts = self._parted(walk, _gaps(walks, hierarchy[0], place))
+            else:
+                continue  # a net of noise, or of walls
             for part in parts:
                 spot = self._measured(part, dark, level)
                 if spot is not None:
                     spots.append(spot)
         return spots
 
-    def _parted(self, walk: Walk) -> list[Walk]:
-        """Return the compact parts of a spot that necks divide."""
+    def _parted(self, walk: Walk, gaps: Sequence[Walk]) -> list[Walk]:
+        """Return the compact parts of a spot that necks divide; gaps among them are no part."""
         left, top, wide, high = cv2.boundingRect(walk)
         inside = np.zeros((high + 2, wide + 2), dtype=np.uint8)
         cv2.drawContours(inside, [walk], -1, 255, cv2.FILLED, offset=(1 - left, 1 - top))
+        large = [gap for gap in gaps if cv2.contourArea(gap) >= _SPECK * self.minimum_area]
+        cv2.drawContours(inside, large, -1, 0, cv2.FILLED, offset=(1 - left, 1 - top))
         depth = cv2.distanceTransform(inside, cv2.DIST_L2, 5)
         smallest = 0.5 * math.sqrt(self.minimum_area / math.pi)
         cores = _cores(depth, smallest)
-        count, labels = cv2.connectedComponents(cores)
+        count, _ = cv2.connectedComponents(cores)
         if count < 3:
             return []
-        labels += 1
-        labels[(inside > 0) & (cores == 0)] = 0
-        ridge = cv2.convertScaleAbs(depth, alpha=255.0 / max(float(depth.max()), 1.0))
-        cv2.watershed(cv2.cvtColor(255 - ridge, cv2.COLOR_GRAY2BGR), labels)
+        # Every pixel belongs to the core that is nearest.
+        _, nearest = cv2.distanceTransformWithLabels(
+            255 - cores, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_CCOMP
+        )
+        nearest[inside == 0] = 0
         parts = []
-        for number in range(2, count + 1):
-            own = np.where(labels == number, 255, 0).astype(np.uint8)
+        for number in range(1, count):
+            own = np.where(nearest == number, 255, 0).astype(np.uint8)
             walks, _ = cv2.findContours(
                 own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left - 1, top - 1)
             )
@@ -249,6 +265,15 @@ class SpotSegmenter:
         x, y = border.points.mean(axis=0).tolist()
         move = _crossing(profiles, along, half)
         return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
+
+
+def _gaps(walks: Sequence[Walk], hierarchy: NDArray[np.int32], place: int) -> list[Walk]:
+    """Return the walks round the holes in a spot."""
+    gaps, hole = [], int(hierarchy[place, 2])
+    while hole >= 0:
+        gaps.append(walks[hole])
+        hole = int(hierarchy[hole, 0])
+    return gaps
 
 
 def _cores(depth: Image, smallest: float) -> Pixels:
