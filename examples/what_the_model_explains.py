@@ -46,8 +46,8 @@ def readings(model: str, count: int) -> None:
         wrong = (held.breakup_number(table) > 1) != table["broke"].astype(bool)
         paper = po.breakup_number(
             table["capillary_number"],
-            table["normalized_area"],
-            table["symmetry"],
+            normalized_area=table["normalized_area"],
+            symmetry=table["symmetry"],
             line="paper-simulation",
         )
         unfitted = (paper > 1) != table["broke"].astype(bool)

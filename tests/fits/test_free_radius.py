@@ -16,9 +16,9 @@ def drawn(dimension, seed=3, count=20_000):
     # x = Bk^(1/w); Bk of the paper's experiments with its own α and β
     bk = po.breakup_number(
         table["capillary_number"] * hidden,
-        table["normalized_area"],
-        table["symmetry"],
-        table["normalized_thickness"],
+        normalized_area=table["normalized_area"],
+        symmetry=table["symmetry"],
+        normalized_thickness=table["normalized_thickness"],
         line="paper-experiment",
     )
     x = bk ** (1 / 0.098)

@@ -615,8 +615,12 @@ def test_the_defaults_are_these():
         "time_step": "auto",
         "time_limit": 30.0,
         "neck_thickness": 0.167,
+        "neck_thickness_unit": "diameter",
         "neck_separation": 0.28,
         "neck_separation_unit": "perimeter",
         "follow_daughters": True,
+        "ca_conversion": "constant",
+        "conversion_constant": 9.8e-5,
+        "ca_speed": "far",
         "scale": None,
     }
