@@ -115,7 +115,7 @@ def animate(
     --------
     >>> import pinchoff as po
     >>> po.simulate(po.Parameters(), outlines=1.0).animate()
-    <Player of 3 frames: a notebook shows it>
+    <Player of 5 frames: a notebook shows it>
     """
     _require_rate(fps)
     if path is None:

@@ -175,7 +175,7 @@ class Outlines(Drawable):
         >>> import pinchoff as po
         >>> outlines = po.simulate(po.Parameters(), outlines=True).outlines
         >>> len(outlines), len(outlines[::10]), len(outlines[0])
-        (85, 9, 1)
+        (87, 9, 1)
         """
         if isinstance(index, slice):
             return self._chosen(range(len(self))[index])

@@ -396,7 +396,7 @@ class Collision(Drawable):
         ...     diameter="481 um", obstacle_radius="85 um", speed="1 mm/s", viscosity="48 mPa s",
         ...     surface_tension="20 mN/m", thickness="85 um", offset="20 um")
         >>> round(po.simulate(p).in_units()["contact_time_s"], 2)
-        1.65
+        1.07
         """
         scale = self.parameters.scale
         if scale is None:
