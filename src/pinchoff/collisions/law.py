@@ -153,6 +153,27 @@ def breakup_number(
     return as_given(np.asarray(number, dtype=np.float64))
 
 
+def breakup_number_of(
+    columns: Mapping[str, ArrayLike], *, line: LineLike = PAPER_SIMULATION_LINE
+) -> Any:
+    """Return Bk of collisions from their columns, those of `ARGUMENTS`.
+
+    Examples
+    --------
+    >>> row = dict(zip(ARGUMENTS, (2.4e-3, 25, 0.8, 1.0), strict=True))
+    >>> round(breakup_number_of(row, line="paper-rounded"), 3)
+    1.248
+    """
+    capillary, area, symmetry, thickness = (columns[name] for name in ARGUMENTS)
+    return breakup_number(
+        capillary,
+        normalized_area=area,
+        symmetry=symmetry,
+        normalized_thickness=thickness,
+        line=line,
+    )
+
+
 def as_line(line: LineLike) -> Line:
     """Return the separating line that is named, or that something has.
 

@@ -88,13 +88,12 @@ def _plot_fit(fit: LawFit, axes: Any, kind: str = "probability") -> Axes | list[
     return drawn
 
 
-def _plot_boundary(boundary: Boundary, axes: Any, **options: Any) -> Axes:
-    if "fit" not in options:
-        try:
-            options["fit"] = boundary.fit()
-        except InputError:  # too few points for a line: the runs are shown without one
-            options["fit"] = None
-    return separating_line(boundary, axes=axes, **options)
+def _plot_boundary(boundary: Boundary, axes: Any) -> Axes:
+    try:
+        fit = boundary.fit()
+    except InputError:  # too few points for a line: the runs are shown without one
+        fit = None
+    return separating_line(boundary, fit, axes)
 
 
 def _plot_calibration(calibration: Calibration, axes: Any) -> Axes:

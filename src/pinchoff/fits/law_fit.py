@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
-from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number, breakup_probability
+from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number_of, breakup_probability
 from pinchoff.collisions.reasons import NO_SYMMETRY
 from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, MEANINGS, Form, free_names
 from pinchoff.fits.intervals import (
@@ -155,9 +155,8 @@ class LawFit(Drawable):
 
     def breakup_number(self, table: pd.DataFrame) -> NDArray[np.float64]:
         """Return Bk of collisions, shape (n,), with the exponents that were fitted."""
-        bk: NDArray[np.float64] = breakup_number(
-            line=self.line,
-            **{name: table[name].to_numpy(dtype=np.float64) for name in ARGUMENTS},
+        bk: NDArray[np.float64] = breakup_number_of(
+            {name: table[name].to_numpy(dtype=np.float64) for name in ARGUMENTS}, line=self.line
         )
         for name in self.free:
             exponent = EXPONENTS[name]
@@ -230,7 +229,7 @@ class LawFit(Drawable):
         -------
         Axes or list of Axes
         """
-        return super().plot(axes, kind=kind)
+        return self._drawn(axes, kind=kind)
 
     def delta(self) -> dict[str, Estimate]:
         """Return intervals by the delta method.

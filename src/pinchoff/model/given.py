@@ -77,7 +77,9 @@ def _grid(values: Mapping[Any, Any]) -> Iterator[dict[str, Any]]:
 
 def _one(value: Any) -> list[Any]:
     """Return the values of an axis that is no list: a Series has several, a number is one."""
-    return value.tolist() if hasattr(value, "tolist") and getattr(value, "ndim", False) else [value]
+    values = np.asarray(value, dtype=object)
+    several: list[Any] = values.tolist() if values.ndim else [value]
+    return several
 
 
 def _plain(value: Any) -> Any:

@@ -208,7 +208,7 @@ class Outlines(Drawable):
         -------
         list of Axes
         """
-        return super().plot(axes, times=times)
+        return self._drawn(axes, times=times)
 
     def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
         """Film the run, into a file or as a player for a notebook.

@@ -445,7 +445,7 @@ class Collision(Drawable):
         InputError
             No outlines were recorded.
         """
-        return super().plot(axes, times=times)
+        return self._drawn(axes, times=times)
 
     def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
         """Film the collision, as `Outlines.animate`."""

@@ -25,20 +25,21 @@ def artist() -> Any:
 class Drawable:
     """A result that draws itself, and shows itself in a notebook."""
 
-    def plot(self, axes: Any = None, **options: Any) -> Any:
+    def plot(self, axes: Any = None) -> Any:
         """Draw the result.
 
         Parameters
         ----------
         axes : Axes or sequence of Axes, optional
             Where to draw; by default a new figure, which a notebook shows.
-        **options
-            For the function of `pinchoff.figures` that draws it, which the reference lists.
 
         Returns
         -------
         Axes or list of Axes
         """
+        return self._drawn(axes)
+
+    def _drawn(self, axes: Any, **options: Any) -> Any:
         return artist().plot(self, axes, **options)
 
     def _repr_html_(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -104,11 +105,10 @@ def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Ite
     from html import escape
     from time import monotonic
 
-    from IPython.display import HTML, display  # in a notebook it is there
-
-    began, shown = monotonic(), -1.0
+    shell: Any = importlib.import_module("IPython.display")  # in a notebook it is there
     name, whole = label, total
-    place = display(HTML(escape(label)), display_id=True)
+    began, shown = monotonic(), -1.0
+    place = shell.display(shell.HTML(escape(label)), display_id=True)
 
     def move(done: float, total: float | None = total, label: str | None = None) -> None:
         nonlocal shown, name, whole
@@ -121,11 +121,11 @@ def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Ite
         counted = f"{start + done:,.0f}" + (f" of {whole:,.0f}" if whole else "") if unit else ""
         share = f" value={min(1.0, (start + done) / whole):.4f}" if whole else ""
         text = escape(" ".join(filter(None, (counted, unit))) + rest)
-        place.update(HTML(f"{escape(name)} <progress{share}></progress> {text}"))
+        place.update(shell.HTML(f"{escape(name)} <progress{share}></progress> {text}"))
 
     yield move
     done = f"{escape(name)} <progress value=1></progress> done in {monotonic() - began:.1f} s"
-    place.update(HTML(done))
+    place.update(shell.HTML(done))
 
 
 def shifted(show: Show | None, done: float) -> Show | None:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
-from pinchoff.collisions.law import ARGUMENTS, breakup_number
+from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.parquet import write_collisions
 from pinchoff.collisions.schema import (
     COLUMNS,
@@ -215,7 +215,7 @@ class Encounter:
             "small_daughter_area_um2": small,
             "large_daughter_area_um2": large,
         }
-        row["breakup_number"] = breakup_number(**{name: row[name] for name in ARGUMENTS})
+        row["breakup_number"] = breakup_number_of(row)
         return row
 
     def _side(self) -> float:
