@@ -85,17 +85,6 @@ ARGUMENTS = ("capillary_number", "normalized_area", "symmetry", "normalized_thic
 """Columns that decide Bk, as arguments of `breakup_number`."""
 
 
-def breakup_number_of(columns: Mapping[str, Any]) -> Any:
-    """Return Bk of collisions from the columns of their table."""
-    capillary_number, normalized_area, symmetry, thickness = (columns[name] for name in ARGUMENTS)
-    return breakup_number(
-        capillary_number,
-        normalized_area=normalized_area,
-        symmetry=symmetry,
-        normalized_thickness=thickness,
-    )
-
-
 def breakup_number(
     capillary_number: ArrayLike,
     *,
