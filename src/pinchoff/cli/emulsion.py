@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
-_PIECES = ("events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd", "checkpoint.npz")
+_PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
 def emulsion(
@@ -63,7 +63,7 @@ def emulsion(
 
         require_video_extra("--movie")
     if overwrite:
-        for pattern in _PIECES:  # the checkpoint last: until then the pieces are a run's
+        for pattern in _PIECES:  # the checkpoint first: it counts on the others
             for path in folder.glob(pattern):
                 path.unlink()
     shown = sys.stderr.isatty()
