@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from pinchoff.cli import main
-from pinchoff.studies.calibration import trials
+from pinchoff.studies.calibration import evaluation
 
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 QUICK = ["--points", 3, "--width", 0.03, "--scan", 6, "--evaluations", 3]
@@ -49,7 +49,7 @@ def test_the_report(out):
 
 def test_the_same_command_takes_up_the_evaluations(out, monkeypatch, capsys):
     before = (out / "evaluations.jsonl").read_bytes()
-    monkeypatch.setattr(trials, "boundary", None)  # nothing is left to simulate
+    monkeypatch.setattr(evaluation, "boundary", None)  # nothing is left to simulate
     assert calibrate("paper-simulation", *QUICK, "--grid", 3, "--out", out, "--json") == 0
     report = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     assert json.loads(capsys.readouterr().out) == report

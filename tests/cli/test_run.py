@@ -112,7 +112,9 @@ def test_same_collision_as_the_library(finished):
     report = strict_json((finished / "collision.json").read_text(encoding="utf-8"))
     expected = collision.to_dict()
     assert report["parameters"] == expected.pop("parameters")
-    assert report["results"] == json.loads(json.dumps(expected))
+    results = report["results"]
+    assert report["row"]["vertex_updates"] > 1000  # the row of the table, whole
+    assert results == json.loads(json.dumps(expected))
     assert report["preset"] == "default"
     assert report["units"]["contact_time"] == "t0"
     assert report["derived"]["capillary_number"] == pytest.approx(9.8e-5 * 25)

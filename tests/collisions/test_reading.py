@@ -104,6 +104,12 @@ def test_other_encodings_are_guessed_aloud_or_asked_for(imported, refused):
     refused("encoding", imported, content, encoding="utf-8")
 
 
+def test_the_header_of_the_first_row_can_be_said(imported, refused):
+    complete(imported(csv_of(), header_row=1))
+    for row in (0, 99):
+        assert "rows of the file" in refused("header_row", imported, csv_of(), header_row=row).rule
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_a_title_above_the_header(imported, separator):
     for title in ("Collisions of chip 7, rerun\n\n", f"Chip 7{separator * 5}\n"):

@@ -25,6 +25,7 @@ NEEDS = {
     "how-to/arrays.md": "skfem",
     "how-to/cluster.md": "distributed",
     "tutorials/film-to-law.md": "cv2",
+    "tutorials/porous-medium.md": "skfem",
 }
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)

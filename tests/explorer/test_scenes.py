@@ -67,9 +67,10 @@ def test_what_the_tour_says_is_so() -> None:
 def test_every_parameter_is_told_with_its_limits() -> None:
     json.dumps(FACTS, allow_nan=False)
     told = {each["name"]: each for each in FACTS["parameters"]}
-    assert told.keys() == PARAMETERS.keys()
-    for name, default in DEFAULTS.items():
-        assert told[name]["default"] == default
+    # What only says how a run is read, and not how it goes, is not on the page.
+    assert told.keys() == {name for name, entry in PARAMETERS.items() if entry.in_core}
+    for name in told.keys() & DEFAULTS.keys():
+        assert told[name]["default"] == DEFAULTS[name]
     for name, each in told.items():
         for end in ("low", "high"):
             if each[end] is None:

@@ -44,6 +44,7 @@ def test_forces_point_down_the_energy():
         ("circle", "str"),
         (np.where(polygon(20) > 0.3, np.nan, polygon(20)), "not finite"),
         (polygon(20)[::-1], "clockwise"),
+        (np.column_stack([np.arange(20.0), np.zeros(20)]), "clockwise"),
     ],
 )
 def test_refuses(outline, got):

@@ -159,6 +159,14 @@ def test_frames_are_handed_out_as_they_come():
 # Other flows, obstacles and droplets
 
 
+@pytest.mark.parametrize(
+    ("interval", "expected"), [(0.05, 0.05), (0.01, 0.01), (0.011, 0.02), (0.1, 0.1)]
+)
+def test_records_are_as_far_apart_as_asked_rounded_up_to_samples(interval, expected):
+    times = po.simulate(BREAKING.replace(time_limit=0.5), outlines=interval).outlines.times
+    assert np.diff(times)[:-1] == pytest.approx(expected, abs=0.002)
+
+
 def test_defaults_can_be_spelt_out():
     radius, start = BREAKING.obstacle_radius, BREAKING.start_distance
     c = po.simulate(

@@ -212,6 +212,13 @@ def imaging_array(chamber: Chamber) -> PillarArray:
     chamber : Chamber
         With a stagger of 0 or 0.5 and, if staggered, an even number of columns left after the
         last odd one is dropped.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> array = imaging_array(Chamber())
+    >>> len(array.circles)
+    30
     """
     imaging = chamber.imaging
     pitch = imaging.pitch_um

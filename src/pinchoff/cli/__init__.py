@@ -18,6 +18,7 @@ from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
 from pinchoff.cli.chamber import chamber
 from pinchoff.cli.compare import compare
+from pinchoff.cli.emulsion import emulsion
 from pinchoff.cli.examples import examples
 from pinchoff.cli.explore import explore
 from pinchoff.cli.export import export
@@ -56,7 +57,7 @@ app = typer.Typer(
 )
 _COMMANDS = {
     "Begin": (examples,),
-    "Simulate": (run, explore, sweep, summary, boundary, calibrate),
+    "Simulate": (run, explore, sweep, summary, boundary, calibrate, emulsion),
     "Measure": (video, compare, export, film),
     "The break-up law": (fit, virtual),
     "The device": (chamber,),

@@ -27,6 +27,7 @@ from pinchoff.cli.options import (
 )
 from pinchoff.cli.output import announce, print_table, write_json
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.studies.boundary.line_fit import LineFit
@@ -188,8 +189,9 @@ def _print(line: Boundary, report: Mapping[str, Any], fit: LineFit | None) -> No
         )
     captured = report["captured_runs"]
     print(
-        f"{report['runs']} collisions in {report['seconds']:.1f} s; {captured} captured at the "
-        f"time limit, which counts as not broken; {report['failed_runs']} without an outcome"
+        f"{counted(report['runs'], 'collision')} in {report['seconds']:.1f} s; "
+        f"{captured} captured at the time limit, which counts as not broken; "
+        f"{report['failed_runs']} without an outcome"
     )
     if captured:
         print("a larger time_limit (--set time_limit=100) shows what becomes of the captured ones")

@@ -26,6 +26,7 @@ from pinchoff.cli.options import (
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.studies.calibration.fitting import Calibration
@@ -196,7 +197,7 @@ def _print(found: Calibration, report: Mapping[str, Any]) -> None:
         print(f"{name} = {value:.4g} (base: {start.changes[name]:.4g}{bound})")
     print(
         f"{found.target.objective_name}: {best.objective:.4f} (base: {start.objective:.4f}); "
-        f"{report['evaluations']} evaluations in {report['seconds']:.1f} s"
+        f"{counted(report['evaluations'], 'evaluation')} in {report['seconds']:.1f} s"
         + ("" if found.converged else "; the search was not at its end, raise --evaluations")
     )
     _print_sensitivity(found)

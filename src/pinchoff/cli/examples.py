@@ -36,6 +36,7 @@ def examples(
     - phase-diagram.toml, speed-and-offset.toml: for pinchoff sweep
     - separating_line.toml: for pinchoff run and pinchoff boundary
     - chamber.toml: for pinchoff chamber
+    - emulsion.toml: for pinchoff emulsion
     - mine.csv: a synthetic table as a laboratory keeps it, for pinchoff fit
     - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff video; left out where
       the extra "video" is not installed

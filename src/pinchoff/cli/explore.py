@@ -20,6 +20,7 @@ from pinchoff.cli.table_options import (
     table_pairs,
 )
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 
 def explore(
@@ -80,7 +81,9 @@ def explore(
 
 def _print(report: dict[str, Any]) -> None:
     if report["collisions"]:
-        print(f"{report['collisions']} collisions, {report['films']} with their outlines")
+        print(
+            f"{counted(report['collisions'], 'collision')}, {report['films']} with their outlines"
+        )
 
 
 def _target(out: str | None, overwrite: bool) -> Path:

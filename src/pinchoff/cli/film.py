@@ -13,6 +13,7 @@ from pinchoff.cli.folders import refuse_files
 from pinchoff.cli.options import flag_of
 from pinchoff.cli.video import LABORATORY
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.video.encounters import Laboratory
@@ -92,7 +93,7 @@ def film(
             laboratory=laboratory,
             progress=None if show is None else lambda done, _: show(done),
         )
-    print(f"{made.frame_count} frames, {len(made.collisions)} collisions")
+    print(f"{counted(made.frame_count, 'frame')}, {counted(len(made.collisions), 'collision')}")
     print(f"wrote {made.clip}")
     print(f"wrote {made.truth}")
 

@@ -29,6 +29,7 @@ from pinchoff.cli.table_options import (
 )
 from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import written_aside
+from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -192,8 +193,8 @@ def _print(study: LawStudy) -> None:
         rows.append((SYMBOLS[name], signed_number(estimate.value), *several))
     title = f"{study.fit.confidence:.0%} intervals"
     print_table(("", "value", *study.intervals), rows, title=title)
-    print(f"{study.fit.count} collisions, {study.fit.broke_count} of which broke")
+    print(f"{counted(study.fit.count, 'collision')}, {study.fit.broke_count} of which broke")
     if study.fit.step:
         print(f"w = 0: {study.fit.step}")
     for reason, count in study.fit.left_out.items():
-        print(f"{count} rows not used: {reason}")
+        print(f"{counted(count, 'row')} not used: {reason}")

@@ -113,7 +113,7 @@ def named_as_options(*names: str, **others: str) -> Iterator[None]:
 MODELS = ("deformable-particle", "front-tracking")
 """What --model takes."""
 
-PRESETS = ("default", "paper-step", "front-tracking", "literal-separation")
+PRESETS = ("default", "paper-step", "front-tracking", "literal-separation", "soft-edges")
 """What --preset takes."""
 
 CONSTANTS = (
@@ -128,6 +128,10 @@ CONSTANTS = (
     "neck_thickness",
     "neck_separation",
     "neck_separation_unit",
+    "neck_thickness_unit",
+    "ca_conversion",
+    "conversion_constant",
+    "ca_speed",
     "follow_daughters",
 )
 """What --set takes: the parameters that have no option of their own."""

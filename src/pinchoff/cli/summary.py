@@ -12,6 +12,7 @@ import typer
 from pinchoff.cli.folders import refuse_files
 from pinchoff.cli.options import OUTPUT, AsJson, option, switch
 from pinchoff.cli.output import announce, print_table
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.studies.sweep.summary import Summary
@@ -71,5 +72,5 @@ def _print(found: Summary) -> None:
 def _range_rows(found: Summary) -> Iterator[tuple[str, ...]]:
     for name, (low, high, measured) in found.ranges.items():
         unit = found.units.get(name, "")
-        where = "" if measured == found.rows else f"{measured} rows"
+        where = "" if measured == found.rows else counted(measured, "row")
         yield name, f"{low:.5g}", f"{high:.5g}", "" if unit == "1" else unit, where

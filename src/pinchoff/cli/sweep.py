@@ -18,6 +18,7 @@ from pinchoff.cli.options import (
 )
 from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -102,5 +103,5 @@ def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
 def _print(result: SweepResult) -> None:
     earlier = result.rows - result.computed
     before = f", {earlier} of them from before" if earlier else ""
-    print(f"wrote {result.path}: {result.rows} collisions{before}")
+    print(f"wrote {result.path}: {counted(result.rows, 'collision')}{before}")
     print(f"see pinchoff summary {result.path}")

@@ -13,6 +13,7 @@ from pinchoff.cli.assignments import read_value, read_values
 from pinchoff.cli.folders import prepare_folder, results_folder
 from pinchoff.cli.options import OutFolder, flag_of
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.video.batch import VideoResult
@@ -306,6 +307,9 @@ def _announce(result: VideoResult, written: list[Path]) -> None:
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())
     count = len(result.collisions)
-    print(f"{count} collisions, {accepted} accepted, in {len(measured)} clips{before}")
+    print(
+        f"{counted(count, 'collision')}, {accepted} accepted, "
+        f"in {counted(len(measured), 'clip')}{before}"
+    )
     for path in (result.path / "collisions.parquet", *written):
         print(f"wrote {path}")

@@ -16,6 +16,7 @@ from pinchoff.figures import style
 from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.numerals import counted
 from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
@@ -83,7 +84,7 @@ class Player:
         return self.page
 
     def __repr__(self) -> str:
-        return f"<Player of {self.frame_count} frames: a notebook shows it>"
+        return f"<Player of {counted(self.frame_count, 'frame')}: a notebook shows it>"
 
 
 def animate(
@@ -115,7 +116,7 @@ def animate(
     --------
     >>> import pinchoff as po
     >>> po.simulate(po.Parameters(), outlines=1.0).animate()
-    <Player of 3 frames: a notebook shows it>
+    <Player of 5 frames: a notebook shows it>
     """
     _require_rate(fps)
     if path is None:

@@ -41,6 +41,7 @@ from pinchoff.support.arguments import checked_confidence, checked_number
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -187,7 +188,7 @@ class LawFit(Drawable):
         --------
         >>> import pinchoff as po
         >>> fit = po.fit_law(po.virtual_experiment(seed=1, n=2000, symmetry_noise=0))
-        >>> fit.predict(po.simulate_many([po.Parameters(offset=y) for y in (0, 0.3)])).round(2)
+        >>> fit.predict(po.simulate_many([po.Parameters(offset=y) for y in (0, 0.2)])).round(2)
         array([1., 0.])
         """
         needed = [*ARGUMENTS, *(EXPONENTS[name].column for name in self.free)]
@@ -318,7 +319,7 @@ class LawFit(Drawable):
 
     def __repr__(self) -> str:
         numbers = ", ".join(f"{name} = {estimate}" for name, estimate in self.estimates.items())
-        return f"<LawFit to {self.count} collisions: {numbers}>"
+        return f"<LawFit to {counted(self.count, 'collision')}: {numbers}>"
 
     def _bound(self) -> Estimate:
         guess = math.log(max(self._found.narrowest, self.gap / 5.0 if self.gap > 0 else 0.0))
@@ -470,7 +471,7 @@ def _warn_of_left_out(fit: LawFit) -> None:
     """Warn of collisions for which logarithms have no place; others are counted in left_out."""
     count = fit.left_out.get(NO_SYMMETRY, 0)
     if count:
-        rows = "1 collision is" if count == 1 else f"{count} collisions are"
+        rows = counted(count, "collision") + (" is" if count == 1 else " are")
         warnings.warn(f"{rows} left out: {NO_SYMMETRY}", UserWarning, stacklevel=3)
 
 

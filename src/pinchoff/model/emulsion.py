@@ -8,7 +8,7 @@ droplets; results do not depend on the number of threads.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -349,6 +349,10 @@ class Emulsion:
     def outlines(self) -> Outlines | None:
         """The recorded outlines; None if the run had no folder for them."""
         return None if self._folder is None else self._folder.read_outlines()
+
+    def outline_pieces(self) -> Iterator[Outlines]:
+        """Yield the recorded outlines piece by piece, in order; none without a folder for them."""
+        return iter(()) if self._folder is None else self._folder.outline_pieces()
 
     @property
     def checkpoint(self) -> Path | None:

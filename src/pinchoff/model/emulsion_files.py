@@ -8,7 +8,7 @@ the last checkpoint is written again.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -151,11 +151,17 @@ class EmulsionFolder:
         empty = pd.DataFrame({c.name: [] for c in columns})
         return pd.concat(parts, ignore_index=True) if parts else empty
 
+    def outline_pieces(self) -> Iterator[Outlines]:
+        """Yield the outlines of each piece, so that not all have to be in memory."""
+        from pinchoff.model.outlines import Outlines
+
+        return (Outlines.load(path) for path in self._pieces("outlines"))
+
     def read_outlines(self) -> Outlines | None:
         """Return the outlines of all pieces; None where none were kept."""
         from pinchoff.model.outlines import Outlines
 
-        parts = [Outlines.load(path) for path in self._pieces("outlines")]
+        parts = list(self.outline_pieces())
         if not parts:
             return None
         times = [time for part in parts for time in part.times.tolist()]

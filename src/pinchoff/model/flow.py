@@ -87,7 +87,7 @@ def brinkman(radius: float, thickness: float, center: tuple[float, float] = (0.0
     --------
     >>> flow = brinkman(0.2, 0.2)
     >>> flow.velocity(np.array([[0.2, 0.0], [0.0, 1.0], [50.0, 0.0]]))[:, 0].round(3).tolist()
-    [0.0, 1.063, 1.0]
+    [0.0, 1.066, 1.0]
     """
     radius = checked_positive("radius", radius, "give the obstacle's R in D0")
     thickness = checked_positive("thickness", thickness, "give the gap's z in D0")

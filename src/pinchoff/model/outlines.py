@@ -30,6 +30,7 @@ from pinchoff.model.gsd import (
 from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.numerals import counted
 from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
@@ -175,7 +176,7 @@ class Outlines(Drawable):
         >>> import pinchoff as po
         >>> outlines = po.simulate(po.Parameters(), outlines=True).outlines
         >>> len(outlines), len(outlines[::10]), len(outlines[0])
-        (85, 9, 1)
+        (87, 9, 1)
         """
         if isinstance(index, slice):
             return self._chosen(range(len(self))[index])
@@ -237,7 +238,8 @@ class Outlines(Drawable):
 
     def __repr__(self) -> str:
         droplets = len(np.unique(self.droplet_id))
-        return f"Outlines({len(self)} frames, {droplets} droplets, {len(self.vertices)} vertices)"
+        counts = counted(len(self), "frame"), counted(droplets, "droplet")
+        return f"Outlines({', '.join(counts)}, {len(self.vertices)} vertices)"
 
     def outline(self, k: int) -> Outline:
         """Return outline `k` of all, whatever its frame."""

@@ -17,6 +17,7 @@ from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -396,7 +397,7 @@ class Collision(Drawable):
         ...     diameter="481 um", obstacle_radius="85 um", speed="1 mm/s", viscosity="48 mPa s",
         ...     surface_tension="20 mN/m", thickness="85 um", offset="20 um")
         >>> round(po.simulate(p).in_units()["contact_time_s"], 2)
-        1.65
+        1.07
         """
         scale = self.parameters.scale
         if scale is None:
@@ -478,7 +479,8 @@ class Collision(Drawable):
         )
         breakup = (
             f", broke at t = {self.breakup_time:.2f} t0 into "
-            f"1:{1 / self.daughter_area_ratio:.2f}, {self.droplet_count} droplets at the end"
+            f"1:{1 / self.daughter_area_ratio:.2f}, "
+            f"{counted(self.droplet_count, 'droplet')} at the end"
             if self.broke
             else ""
         )

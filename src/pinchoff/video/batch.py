@@ -19,6 +19,7 @@ from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder
 from pinchoff.video.encounters import Laboratory, encounter_table, write_encounters
@@ -76,11 +77,11 @@ class VideoResult(Drawable):
     collisions: pd.DataFrame
 
     def __repr__(self) -> str:
-        clips = "1 clip" if len(self.clips) == 1 else f"{len(self.clips)} clips"
+        clips = counted(len(self.clips), "clip")
         accepted = int(self.collisions["accepted"].sum())
         failed = sum(bool(clip.error) for clip in self.clips)
         errors = f"; {failed} could not be measured" if failed else ""
-        rows = f"{accepted} accepted of {len(self.collisions)} collisions"
+        rows = f"{accepted} accepted of {counted(len(self.collisions), 'collision')}"
         return f"<VideoResult of {clips}{errors}: {rows}, in {self.path}>"
 
 

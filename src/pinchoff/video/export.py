@@ -76,6 +76,24 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
     ------
     InputError
         It is not the folder of a measured clip, or its files do not belong together.
+
+    Examples
+    --------
+    >>> from pinchoff import Parameters, VideoSettings, measure_videos, microscope
+    >>> from pinchoff.video.encounters import Laboratory
+    >>> camera = microscope.Microscope(width=480, height=300)
+    >>> laboratory = Laboratory(
+    ...     obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
+    ... )
+    >>> run = microscope.passage_of(
+    ...     Parameters(simulation_capillary_number=25, offset=0.02), camera, laboratory
+    ... )
+    >>> scene, frame_count = microscope.lane_scene([run], camera)
+    >>> film = microscope.film(scene, "film.mp4", frame_count, microscope=camera)
+    >>> settings = VideoSettings(pixel_size_um=camera.pixel_size_um, laboratory=laboratory)
+    >>> measured = measure_videos([film.clip], "measured", settings, overlay=False, processes=1)
+    >>> len(export_clip("measured/clips/film", "exported"))
+    3
     """
     folder, target = Path(clip), Path(out)
     result = clip_folder.read_result(folder)

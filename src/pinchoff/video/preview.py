@@ -85,7 +85,7 @@ def _column(choice: Choice, trial: Trial, obstacles: Floats) -> Pixels:
     ]
     score = choice.scores()[trial.method]
     head = f"{trial.method}: score {score:.2f}" + (", chosen" if chosen else "")
-    told = f"{trial.quality.droplets:.1f} whole droplets a frame; --method {trial.method}"
+    told = f"{trial.quality.droplets:.1f} whole droplets a frame; method {trial.method}"
     caption = np.full((_CAPTION, _TILE_WIDTH, 3), 255, dtype=np.uint8)
     _write(caption, head, 18, 0.55)
     _write(caption, told, 38, 0.42)

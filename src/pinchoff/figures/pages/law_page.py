@@ -18,7 +18,7 @@ from pinchoff.fits.form import MEANINGS, SYMBOLS
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE
 from pinchoff.studies.necks import median_history
 from pinchoff.support import paper_constants as paper
-from pinchoff.support.numerals import numeral
+from pinchoff.support.numerals import counted, numeral
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -147,7 +147,7 @@ def law_page(
         "These collisions are synthetic: they were drawn, not measured." if fit.synthetic else ""
     )
     summary = (
-        f"{source}: {fit.count:,} collisions, {fit.broke_count:,} of which broke. "
+        f"{source}: {counted(fit.count, 'collision')}, {fit.broke_count:,} of which broke. "
         "P(break) = x/(1 + x), x = Bk^(1/w), Bk = (Ca Ã z̃)(S/α)^(−1/β); Bk = 1 on the separating "
         "line S = α (Ca Ã z̃)^β."
     )

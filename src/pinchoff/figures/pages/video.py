@@ -15,6 +15,7 @@ from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.html_page import Page
 from pinchoff.figures.video_histograms import histograms, timeline
+from pinchoff.support.numerals import counted
 from pinchoff.video import clip_folder
 from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
 
@@ -49,8 +50,8 @@ def write_report(result: VideoResult) -> list[Path]:
     broke = table["broke"].fillna(False).to_numpy(bool)
     page = Page(
         "Droplets that meet obstacles",
-        f"{len(table)} collisions in {len(result.clips)} clips: {int(accepted.sum())} accepted, "
-        f"of which {int((accepted & broke).sum())} broke.",
+        f"{counted(len(table), 'collision')} in {counted(len(result.clips), 'clip')}: "
+        f"{int(accepted.sum())} accepted, of which {int((accepted & broke).sum())} broke.",
         _notice(result.clips),
     )
     explored = len(table) > 0 and write_folder_page(result.path)

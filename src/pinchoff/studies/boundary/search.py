@@ -25,6 +25,7 @@ from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
 
 if TYPE_CHECKING:
@@ -136,7 +137,8 @@ class Boundary(Drawable):
     def __repr__(self) -> str:
         counts = self.table["status"].value_counts()
         statuses = ", ".join(f"{count} {status}" for status, count in counts.items())
-        return f"<Boundary of {len(self.table)} points: {statuses}; {len(self.runs)} runs>"
+        points, runs = counted(len(self.table), "point"), counted(len(self.runs), "run")
+        return f"<Boundary of {points}: {statuses}; {runs}>"
 
 
 def boundary(

@@ -97,7 +97,13 @@ def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Labor
 
 
 def truth_of(clip: Path) -> Path:
-    """Return the name of the table with the truth about a drawn clip."""
+    """Return the name of the table with the truth about a drawn clip.
+
+    Examples
+    --------
+    >>> truth_of(Path("film.mp4")).name
+    'film.truth.parquet'
+    """
     return clip.with_suffix(".truth.parquet")
 
 
