@@ -49,7 +49,9 @@ def neck_histograms(
         No necks were measured.
     """
     name, unit = (
-        ("neck_um", "µm") if table["neck_um"].notna().any() else ("neck_thickness", "$D_0$")
+        ("neck_um", "µm")
+        if "neck_um" in table and table["neck_um"].notna().any()
+        else ("neck_thickness", "$D_0$")
     )
     necks = table[name].to_numpy(dtype=np.float64)
     broke = table["broke"].to_numpy(dtype=bool)
