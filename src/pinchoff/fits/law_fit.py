@@ -215,7 +215,7 @@ class LawFit(Drawable):
         table = pd.DataFrame(rows, index=list(self.estimates))
         return table.rename(columns={"method": "interval"})
 
-    def plot(self, axes: Any = None, *, kind: str = "probability") -> Any:  # type: ignore[override]
+    def plot(self, axes: Any = None, *, kind: str = "probability") -> Any:
         """Draw the law and the collisions that it was fitted to.
 
         Parameters

@@ -194,7 +194,7 @@ class Outlines(Drawable):
             units=self.units,
         )
 
-    def plot(self, axes: Any = None, *, times: Any = None) -> Any:  # type: ignore[override]
+    def plot(self, axes: Any = None, *, times: Any = None) -> Any:
         """Draw moments side by side, as `pinchoff.figures.snapshot_strip`.
 
         Parameters

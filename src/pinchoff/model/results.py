@@ -426,7 +426,7 @@ class Collision(Drawable):
             raise InputError.of("outlines", "recorded", None, advice)
         return self.outlines
 
-    def plot(self, axes: Any = None, *, times: Any = None) -> Any:  # type: ignore[override]
+    def plot(self, axes: Any = None, *, times: Any = None) -> Any:
         """Draw moments of the collision side by side, as `pinchoff.figures.snapshot_strip`.
 
         Parameters
