@@ -158,7 +158,7 @@ def crowded(model: str, count: int) -> _core.Emulsion:
 
 def array_scene(rows: int, columns: int) -> tuple[po.arrays.PillarArray, po.flow.Flow]:
     """A staggered array with free fluid before and behind it, and the flow through it."""
-    from pinchoff.chamber.array_flow import array_flow
+    from pinchoff.chamber.periodic_flow import array_flow
 
     array = po.arrays.staggered(rows=rows, columns=columns, radius=0.2, gap=1.2)
     array = array.with_margins(before=3.0, behind=3.0)

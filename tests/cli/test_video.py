@@ -90,7 +90,7 @@ def test_results(done):
     assert len(outlines.measure()) > result["frames"]
     page = (done / "index.html").read_text(encoding="utf-8")
     assert "2 collisions in 1 clips" in page
-    assert page.count('class="picture"') == 4  # two figures, two collisions
+    assert page.count('class="picture"') == 2  # two figures; the collisions stand in the gallery
 
 
 def test_annotated_clip_shows_every_frame(done):
@@ -120,7 +120,7 @@ def test_other_settings_measure_again(filmed, tmp_path, capsys):
 
 
 def test_corrected_obstacles_are_read_back(filmed, tmp_path):
-    settings = po.VideoSettings(pixel_size_um=5.28)
+    settings = po.VideoSettings(pixel_size_um=5.28, laboratory={"obstacle_radius_um": 85})
     first = measure_videos([filmed], tmp_path, settings, overlay=False)
     path = first.clips[0].folder / "obstacles.toml"
     lines = path.read_text(encoding="utf-8").splitlines()
@@ -168,7 +168,10 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
         (["--pixel-size", "5 um", "--set", "interior=[300, 0, 0]"], "interior"),
         (["--pixel-size", "5 um", "--set", "edge_level"], "--set"),
         (["--pixel-size", "5 um", "--set", "maximum_diameter_um=50"], "maximum_diameter_um"),
-        (["--pixel-size", "9 um", "--packed"], "minimum_diameter_um"),
+        (
+            ["--pixel-size", "9 um", "--packed", "--minimum-diameter", "30 um"],
+            "minimum_diameter_um",
+        ),
         (["--pixel-size", "5 um", "--out", ""], "--out"),
     ],
 )
@@ -218,12 +221,11 @@ def test_packed_scene(filmed, tmp_path):
     out = tmp_path / "out"
     assert main(["video", str(filmed), *LABORATORY, "--packed", "--out", str(out)]) == 0
     result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
-    assert result["settings"]["packed"] is True
-    assert result["obstacles"] == []  # none are looked for
+    assert result["method"] == "packed"
+    assert len(result["obstacles"]) == 2  # a radius is given: they are looked for, and no droplets
     tracks = pq.read_table(out / "tracks.parquet").to_pandas()
-    # The pillars stand still and are round and dark like droplets; the first droplet is whole.
     first = tracks[(tracks["frame"] == 20) & ~tracks["cut"]]
-    assert len(first) == 3
+    assert len(first) == 1
 
 
 def test_interrupted_run_goes_on(filmed, tmp_path):

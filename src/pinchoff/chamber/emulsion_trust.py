@@ -104,7 +104,7 @@ def measure_trust(
             vertices = np.concatenate([d.vertices for d in droplets])
             counts = np.array([len(d.vertices) for d in droplets])
             starts = np.cumsum(counts) - counts
-            fluid = np.add.reduceat(flow.velocity(vertices), starts) / counts[:, None]
+            fluid = np.add.reduceat(np.asarray(flow.velocity(vertices)), starts) / counts[:, None]
             slips.append(np.hypot(*(velocity - fluid).T))
             speeds.append(np.hypot(*velocity.T))
             still = [d for d, v in zip(droplets, speeds[-1], strict=True) if v < HELD]

@@ -225,7 +225,7 @@ def _heights(members: pd.DataFrame, first: int) -> dict[int, float]:
     daughters: dict[int, list[int]] = {int(k): [] for k in members.index}
     for number, parent in members["parent"].items():
         if parent in daughters:
-            daughters[int(parent)].append(int(number))
+            daughters[int(parent)].append(int(str(number)))
     order, stack = [], [first]
     while stack:
         order.append(stack.pop())
