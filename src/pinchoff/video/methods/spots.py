@@ -116,7 +116,7 @@ class SpotSegmenter:
         """Return one for a clip, after a sample of its frames."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
-        scene = Scene(noise, (), outside_view(images[0]), np.empty((0, 3)))
+        scene = Scene(noise, (), outside_view(images), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
         faintest = _FAINTEST * LEAST_CONTRAST * noise
