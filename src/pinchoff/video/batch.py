@@ -7,7 +7,7 @@ import os
 import shutil
 import zlib
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -319,31 +319,25 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
     fps = overlay_fps(clip)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
-    recorders: list[clip_folder.ClipRecorder] = []
+    with ExitStack() as files:
+        recorders: list[clip_folder.ClipRecorder] = []
 
-    def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
-        shown = fps if job.overlay else None
-        recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
-        recorders.append(recorder)
-        frames = itertools.count(1)
+        def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
+            shown = fps if job.overlay else None
+            recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
+            recorders.append(files.enter_context(recorder))
+            frames = itertools.count(1)
 
-        def record(seen: Measured) -> None:
-            recorder.append(seen)
-            count(next(frames))
+            def record(seen: Measured) -> None:
+                recorder.append(seen)
+                count(next(frames))
 
-        return record
+            return record
 
-    problem: BaseException | None = None
-    try:
         result = measure_clip(
             job.source, settings, begin, processes=job.processes, segment=job.segment
         )
-    except BaseException as error:
-        problem = error
-        raise
-    finally:
-        for recorder in recorders:
-            recorder.close(whole=problem is None)
+    rate = recorders[0].write_plugs()
     table = encounter_table(result.encounters, settings.laboratory, "video", name)
     write_encounters(table, folder / clip_folder.COLLISIONS)
     if not corrected:
@@ -356,6 +350,7 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
         "duration_s": result.duration_s,
         "overlay_fps": fps if job.overlay else None,
         "tracks": result.track_count,
+        "plugs_per_s": rate,
         "obstacles": result.obstacles.tolist(),
         "method": result.choice.method,
         "scores": result.choice.scores(),
@@ -385,6 +380,7 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     for name, fields in (
         (clip_folder.TRACKS, clip_folder.TRACK_FIELDS),
         (clip_folder.EVENTS, clip_folder.EVENT_FIELDS),
+        (clip_folder.PLUGS, clip_folder.PLUG_FIELDS),
     ):
         schema = clip_folder.schema_of(fields)
         with written_aside(out / name) as unfinished, pq.ParquetWriter(unfinished, schema) as all_:

@@ -6,8 +6,10 @@ import hashlib
 import json
 import math
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 import cv2
 import numpy as np
@@ -20,6 +22,7 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, written_aside
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
+from pinchoff.video.plugs import PlugFinder, formation_rate
 from pinchoff.video.settings import VideoSettings
 
 Floats = NDArray[np.float64]
@@ -28,6 +31,7 @@ RESULT = "clip.json"
 COLLISIONS = "collisions.parquet"
 TRACKS = "tracks.parquet"
 EVENTS = "events.parquet"
+PLUGS = "plugs.parquet"
 OUTLINES = "outlines.gsd"
 OVERLAY = "overlay.mp4"
 OBSTACLES = "obstacles.toml"
@@ -57,6 +61,19 @@ EVENT_FIELDS = (
     ("parents", pa.list_(pa.int64()), "1", "tracks that end"),
     ("children", pa.list_(pa.int64()), "1", "tracks that begin"),
 )
+PLUG_FIELDS = (
+    ("clip", pa.string(), "", "name of the clip"),
+    ("track_id", pa.int64(), "1", "the droplet"),
+    ("born", pa.string(), "", "pinch-off in view, entry over the edge, or first frame"),
+    ("frame", pa.int64(), "1", "first frame in which it is seen"),
+    ("time_s", pa.float64(), "s", "when that is"),
+    ("period_s", pa.float64(), "s", "since the one before that was born in the same way"),
+    ("frames", pa.int64(), "1", "in which it is whole"),
+    ("length_um", pa.float64(), "µm", "longer side of the smallest rectangle about it"),
+    ("width_um", pa.float64(), "µm", "its shorter side"),
+    ("area_um2", pa.float64(), "µm²", "area"),
+    ("speed_mm_s", pa.float64(), "mm/s", "of its centre, over the frames in which it is whole"),
+)
 
 
 def schema_of(fields: Sequence[tuple[str, Any, str, str]]) -> pa.Schema:
@@ -79,25 +96,33 @@ class RowWriter:
     """
 
     def __init__(self, path: Path, schema: pa.Schema) -> None:
-        self._aside = written_aside(path)
-        self._writer = pq.ParquetWriter(self._aside.__enter__(), schema)
+        self._files = ExitStack()
+        unfinished = self._files.enter_context(written_aside(path))
+        self._writer = self._files.enter_context(pq.ParquetWriter(unfinished, schema))
         self._schema = schema
         self._rows: list[tuple[Any, ...]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the file, or remove it where it is not whole."""
+        if kind is not None:
+            self._files.__exit__(kind, error, trace)
+            return
+        with self._files:
+            self._flush()
 
     def append(self, row: tuple[Any, ...]) -> None:
         """Add one row, a value for every field."""
         self._rows.append(row)
         if len(self._rows) >= _ROWS_HELD:
             self._flush()
-
-    def close(self, *, whole: bool) -> None:
-        """Finish the file, or remove it where it is not whole."""
-        try:
-            self._flush()
-            self._writer.close()
-        finally:
-            problem = None if whole else InterruptedError
-            self._aside.__exit__(problem, problem and problem(), None)
 
     def _flush(self) -> None:
         columns: list[Sequence[Any]] = list(zip(*self._rows, strict=True))
@@ -131,21 +156,45 @@ class ClipRecorder:
         overlay_fps: float | None,
     ) -> None:
         self._folder, self._clip, self._px = folder, clip, settings.pixel_um
-        self._tracks = RowWriter(folder / TRACKS, schema_of(TRACK_FIELDS))
-        self._events = RowWriter(folder / EVENTS, schema_of(EVENT_FIELDS))
-        self._outlines = _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
-        self._overlay: OverlayWriter | None = None
-        if overlay_fps is not None:
-            self._overlay = OverlayWriter(folder / OVERLAY, obstacles, overlay_fps)
+        with ExitStack() as files:
+            self._tracks = files.enter_context(RowWriter(folder / TRACKS, schema_of(TRACK_FIELDS)))
+            self._events = files.enter_context(RowWriter(folder / EVENTS, schema_of(EVENT_FIELDS)))
+            self._outlines = files.enter_context(
+                _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
+            )
+            self._overlay: OverlayWriter | None = None
+            if overlay_fps is not None:
+                self._overlay = files.enter_context(
+                    OverlayWriter(folder / OVERLAY, obstacles, overlay_fps)
+                )
+            self._files = files.pop_all()
+        self._plugs = PlugFinder()
         self._thumbnails = ThumbnailTaker(obstacles)
         self._pictures = folder / THUMBNAILS
         self._pictures.mkdir(exist_ok=True)
 
-    def close(self, *, whole: bool) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Finish the files, or remove them where they are not whole."""
-        for file in (self._tracks, self._events, self._outlines, self._overlay):
-            if file is not None:
-                file.close(whole=whole)
+        self._files.__exit__(kind, error, trace)
+
+    def write_plugs(self) -> float | None:
+        """Write the table of plugs; return how many are formed a second, if that is known."""
+        px, plugs = self._px, self._plugs.plugs()
+        with RowWriter(self._folder / PLUGS, schema_of(PLUG_FIELDS)) as table:
+            for plug in plugs:
+                sizes = (plug.length * px, plug.width * px, plug.area * px**2)
+                birth = (plug.born, plug.frame, plug.time_s, plug.period_s, plug.frames)
+                speed = plug.speed * px * 1e-3
+                table.append((self._clip, plug.track, *birth, *sizes, speed))
+        return formation_rate(plugs)
 
     def append(self, seen: Measured) -> None:
         """Write one frame."""
@@ -157,6 +206,7 @@ class ClipRecorder:
             ends = (list(event.parents), list(event.children))
             self._events.append((self._clip, event.frame, event.kind, *ends))
         self._outlines.append(seen, px)
+        self._plugs.append(seen)
         for thumbnail in self._thumbnails.look(seen):
             self._write(thumbnail)
         if self._overlay is not None:
@@ -178,11 +228,12 @@ class _OutlineFile:
     """Outlines of every frame with a droplet, µm and seconds, y down."""
 
     def __init__(self, path: Path, obstacles: Floats, settings: VideoSettings) -> None:
-        self._aside = written_aside(path)
         parameters = {"pixel_size_um": settings.pixel_um, "y_axis": "down"}
-        self._writer = OutlineWriter(
-            self._aside.__enter__(), obstacles, parameters, units="um", flush=False
-        )
+        with ExitStack() as files:
+            unfinished = files.enter_context(written_aside(path))
+            self._writer = OutlineWriter(unfinished, obstacles, parameters, units="um", flush=False)
+            files.callback(self._writer.close)
+            self._files = files.pop_all()
         self._empty = True
 
     def append(self, seen: Measured, px: float) -> None:
@@ -195,10 +246,16 @@ class _OutlineFile:
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._writer.append(seen.frame.time_s, outlines)
 
-    def close(self, *, whole: bool) -> None:
-        self._writer.close()
-        problem = None if whole else InterruptedError
-        self._aside.__exit__(problem, problem and problem(), None)
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._files.__exit__(kind, error, trace)
 
 
 def _thinned(outline: Floats) -> Floats:
@@ -266,7 +323,7 @@ def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
     if not isinstance(result, dict) or result.get("fingerprint") != mark:
         return None
     try:
-        for name in (COLLISIONS, TRACKS, EVENTS):
+        for name in (COLLISIONS, TRACKS, EVENTS, PLUGS):
             pq.ParquetFile(folder / name).close()
     except (OSError, pa.ArrowException):
         return None  # it is damaged, and measured again

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections import defaultdict, deque
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
-from typing import NamedTuple
+from types import TracebackType
+from typing import NamedTuple, Self
 
 import cv2
 import numpy as np
@@ -112,19 +113,33 @@ class OverlayWriter:
         while len(self._waiting) > _AHEAD:
             self._waiting.popleft().result()
 
-    def close(self, *, whole: bool) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
         """Finish the clip, or remove it where it is not whole."""
         try:
-            while whole and self._waiting:
+            while kind is None and self._waiting:
                 self._waiting.popleft().result()
-        except BaseException:
-            whole = False
+        except BaseException as failed:
+            self._close(type(failed), failed, failed.__traceback__)
             raise
-        finally:
-            self._thread.shutdown(cancel_futures=True)
-            if self._writer is not None:
-                problem = None if whole else InterruptedError
-                self._writer.__exit__(problem, None, None)
+        self._close(kind, error, trace)
+
+    def _close(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._thread.shutdown(cancel_futures=True)
+        if self._writer is not None:
+            self._writer.__exit__(kind, error, trace)
 
     def _draw(self, seen: Measured) -> None:
         image = rgb_of(seen.frame)

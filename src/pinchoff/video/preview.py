@@ -17,7 +17,8 @@ from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.function import SegmentFunction
 from pinchoff.video.obstacles import obstacles_of
 from pinchoff.video.overlay import CUT, OBSTACLE, OUTLINE, TOUCHING, rgb_of
-from pinchoff.video.reading import Clip, Frame
+from pinchoff.video.reading import Frame
+from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
 
 Pixels = NDArray[np.uint8]
@@ -59,7 +60,8 @@ def write_preview(
     InputError
         The clip cannot be read.
     """
-    source = Clip(Path(clip), settings.fps)
+    source = clip_of(Path(clip), settings)
+    settings, _ = scaled(source, settings)
     choice = choose(sample(source.frames(sparse=True)), settings, segment)
     obstacles = obstacles_of(choice.background, settings)
     columns = [_column(choice, trial, obstacles) for trial in choice.trials]

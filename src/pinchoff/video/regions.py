@@ -39,7 +39,8 @@ _CLOSED = 0.9  # least share of a border, away from the frame's, with contrast
 _FAINT = 0.25  # of the median contrast: fainter is a gap
 _RIMMED = 0.42  # least share of the whole border: a quarter of a disc in a corner has 0.44
 _CUT_SHARE = 0.04  # of the border along the dark edge of the view
-_VIEW_DARKNESS = 0.12  # of the median grey level
+_VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
+_VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_SHARE = 0.75  # of the frames in which it is seen
@@ -61,9 +62,18 @@ class Border(NamedTuple):
     at_edge: Bools
 
 
-def outside_view(image: Image) -> Pixels | None:
-    """Return a mask of the dark edge of the view, as of an eyepiece; None where there is none."""
-    dark = cv2.compare(image, _VIEW_DARKNESS * float(np.median(image[::4, ::4])), cv2.CMP_LT)
+def outside_view(images: Sequence[Image]) -> Pixels | None:
+    """Return a mask of the dark edge of the view, as of an eyepiece; None where there is none.
+
+    Parameters
+    ----------
+    images : sequence of ndarray, shape (height, width)
+        Grey levels in some frames: it is dark in all of them.
+    """
+    brightest = np.max([cv2.GaussianBlur(image, (0, 0), 1.0) for image in images], axis=0)
+    darkest, usual = np.quantile(brightest[::4, ::4], [_VIEW_DARKEST, 0.5])
+    level = float(darkest + _VIEW_DARKNESS * (usual - darkest))
+    dark = cv2.compare(brightest, level, cv2.CMP_LT)
     height, width = dark.shape
     side = max(3, int(_VIEW_WIDTH * min(height, width))) | 1
     dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)

@@ -53,7 +53,8 @@ _STEP = 0.5  # along rays, pixels
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
 _TOO_NARROW, _PALE_SHARE = 0.6, 0.25  # usual widths; of the border, at most
 _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
-_VIEW_SHARE, _VIEW_PX = 0.35, 2.5  # of the rim's width, pixels: no farther from the interior is
+_VIEW_QUANTILE = 0.25  # of the rim's widths round a droplet: where no wall prolongs it
+_VIEW_SHARE, _VIEW_PX = 0.7, 2.0  # of the rim's width, pixels: no farther from the interior is
 # the dark edge of the view if it cuts a droplet
 _SAME = 0.5  # ratio of areas above which two interiors are one droplet at two levels
 _CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
@@ -147,7 +148,7 @@ class EnclosedSegmenter:
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
-        scene = Scene(noise, levels, outside_view(images[0]), np.empty((0, 3)))
+        scene = Scene(noise, levels, outside_view(images), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         seen = [(first._regions(dark), dark.shape) for dark in map(first._darkness, frames)]
         rows = [np.array([[r.x, r.y, r.area] for r in here]).reshape(-1, 3) for here, _ in seen]
@@ -243,7 +244,8 @@ class EnclosedSegmenter:
             beyond = _beyond(away, border, owner, number)
             away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
             for other in np.unique(beyond[beyond >= 0]).tolist():
-                groups.join(number, other)
+                if not _is_surroundings(regions[other], region):
+                    groups.join(number, other)
             away[border.at_edge] = 0.0
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
@@ -253,7 +255,8 @@ class EnclosedSegmenter:
                 found.append(None)
                 continue
             # The interior of what is whole ends at its rim, a rim's width before the dark edge.
-            reach = max(_VIEW_PX, _VIEW_SHARE * float(np.median(widths[number])))
+            rim = float(np.quantile(widths[number], _VIEW_QUANTILE))
+            reach = max(_VIEW_PX, _VIEW_SHARE * rim)
             cut = bool(border.at_edge.any())
             cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
             x, y = _core.centroid(outline)
@@ -387,9 +390,16 @@ def _beyond(
     return np.where(other == number, np.int16(-1), other)
 
 
+def _is_surroundings(other: _Region, region: _Region) -> bool:
+    """Return whether a neighbour is no droplet but what lies beyond a wall."""
+    return bool(other.border.at_edge.any()) and other.area * _GAP_SIZE > region.area
+
+
 def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region]) -> bool:
     """Return whether a region is what packed droplets leave between them."""
-    others = beyond[beyond >= 0]
+    # What the frame cuts may be all that lies beyond a wall.
+    whole = np.array([not each.border.at_edge.any() for each in regions])
+    others = beyond[(beyond >= 0) & whole[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
     around = [regions[number].area for number in np.unique(others).tolist()]

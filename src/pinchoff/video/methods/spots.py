@@ -15,6 +15,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
@@ -52,6 +53,7 @@ _VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
+_STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
 _SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
 _CELLS = 0.4  # share of a spot that those within it fill, if it is no droplet itself
@@ -116,7 +118,7 @@ class SpotSegmenter:
         """Return one for a clip, after a sample of its frames."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
-        scene = Scene(noise, (), outside_view(images[0]), np.empty((0, 3)))
+        scene = Scene(noise, (), outside_view(images), np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
         faintest = _FAINTEST * LEAST_CONTRAST * noise
@@ -230,10 +232,16 @@ class SpotSegmenter:
         )
         nearest[inside == 0] = 0
         parts = []
-        for number in range(1, count):
-            own = np.where(nearest == number, 255, 0).astype(np.uint8)
+        for number, window in enumerate(find_objects(nearest), start=1):
+            own = np.where(nearest[window] == number, 255, 0).astype(np.uint8)
+            own = cv2.copyMakeBorder(own, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=0)
+            # Without what is left of walls and necks.
+            size = int(_STUBS * math.sqrt(cv2.countNonZero(own) / math.pi)) | 1
+            disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+            own = cv2.morphologyEx(own, cv2.MORPH_OPEN, disc)
+            corner = (left + window[1].start - 2, top + window[0].start - 2)
             walks, _ = cv2.findContours(
-                own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left - 1, top - 1)
+                own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=corner
             )
             if not walks:
                 continue
