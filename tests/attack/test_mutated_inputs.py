@@ -117,7 +117,7 @@ def mutated_table(draw: random.Random, frame: pd.DataFrame) -> bytes:
                 if len(line) > 1:
                     del line[column % len(line)]
         elif kind == 5:
-            del rows[draw.randrange(1, len(rows)) :]
+            del rows[draw.randrange(1, len(rows) + 1) :]
         elif kind == 6:
             rows.insert(row, [draw.choice(CELLS)] * draw.choice([1, len(rows[0]), 30]))
         elif kind == 7:
