@@ -71,9 +71,9 @@ def mutated_lines(draw: random.Random, text: str) -> str:
     for _ in range(draw.choice([1, 1, 1, 2, 3])):
         k = draw.randrange(len(lines))
         kind = draw.randrange(8)
-        if kind <= 3 and "=" in lines[k]:
-            numbers = list(re.finditer(r"(?<=[=\[,] )[^\s,\]}]+|(?<=\[)[^\s,\]]+", lines[k]))
-            place = draw.choice(numbers)
+        values = list(re.finditer(r"(?<=[=\[,] )[^\s,\]}]+|(?<=\[)[^\s,\]]+", lines[k]))
+        if kind <= 3 and values:
+            place = draw.choice(values)
             lines[k] = lines[k][: place.start()] + draw.choice(VALUES) + lines[k][place.end() :]
         elif kind == 4:
             del lines[k]
@@ -117,7 +117,7 @@ def mutated_table(draw: random.Random, frame: pd.DataFrame) -> bytes:
                 if len(line) > 1:
                     del line[column % len(line)]
         elif kind == 5:
-            del rows[draw.randrange(1, len(rows)) :]
+            del rows[draw.randrange(1, len(rows) + 1) :]
         elif kind == 6:
             rows.insert(row, [draw.choice(CELLS)] * draw.choice([1, len(rows[0]), 30]))
         elif kind == 7:

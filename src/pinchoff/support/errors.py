@@ -61,8 +61,8 @@ class InputError(PinchoffError, ValueError):
         >>> print(InputError.of("width", "positive", -1, "use 0.005"))
         width must be positive; got -1; use 0.005
         """
-        shown = _shortened(got if isinstance(got, str) else repr(got))
-        error = cls(f"{argument} must be {rule}; got {shown}; {advice}")
+        shown = _shortened(got if isinstance(got, str) else repr(got)) or "an empty text"
+        error = cls(f"{argument or 'an empty name'} must be {rule}; got {shown}; {advice}")
         error.argument, error.rule, error.got, error.advice = argument, rule, shown, advice
         return error
 
