@@ -21,6 +21,7 @@ SAMPLE_SIZE = 24
 _PAIRED = 4  # every fourth frame of the sample is kept with the next one
 
 _GRID = 16  # the lamp is compared on every 16th pixel of every 16th row
+_LEAST_LIGHT = 0.02  # of the mean: beyond the edge of the view there is none
 _ILLUMINATION_SHARE = 0.12  # of the shorter side: how far the light is even
 
 
@@ -203,7 +204,8 @@ def _background(luma: Image, chroma: Image | None, noise: float) -> Background:
     closed = cv2.morphologyEx(small, cv2.MORPH_CLOSE, np.ones((reach, reach), np.uint8))
     smooth = cv2.GaussianBlur(closed, (0, 0), reach / 2.0)
     light = cv2.resize(smooth, (width, height), interpolation=cv2.INTER_LINEAR)
-    return Background(luma, chroma, light / max(float(light.mean()), 1.0), noise)
+    even = np.maximum(light / max(float(light.mean()), 1.0), np.float32(_LEAST_LIGHT))
+    return Background(luma, chroma, even, noise)
 
 
 def _still_background(frame: Frame) -> Background:

@@ -138,7 +138,7 @@ def measure_clip(
         if on_frame is not None:
             on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
         encounters += over
-        lengths.update(tracks)
+        lengths.update(track for each, track in zip(droplets, tracks, strict=True) if not each.cut)
         with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
@@ -156,7 +156,7 @@ def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: C
     count, with_droplets : int
         Frames, and frames with droplets.
     lengths : list of int
-        Of the tracks, frames, in order.
+        Frames in which the droplet of each track is whole, in order.
     choice : Choice
     """
     if not lengths:
@@ -177,6 +177,6 @@ def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: C
         return f"{told} by method {choice.method!r}: leave it out, and the clip decides"
     tried = ", ".join(scores)
     return (
-        f"{told}; none of the methods {tried} found more: look at a preview, check the smallest "
+        f"{told}; none of the methods {tried} did better: look at a preview, check the smallest "
         "diameter and the pixel's size, or give a segmentation of your own"
     )

@@ -19,6 +19,7 @@ from pinchoff.video.droplets import Droplet
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
+Places = NDArray[np.int64]
 
 _FEWEST, _MOST = 3, 24  # droplets from which a mean picture is taken
 _ONE_SIZE = 0.12  # how far their radii may be from the median, of it
@@ -93,10 +94,21 @@ def _places(image: Image, examples: Sequence[Droplet], radius: float, scale: flo
     peaks &= contrast >= _CONTRAST * spread
     y, x = np.nonzero(peaks)
     order = np.argsort(-alike[y, x])
-    return [
-        np.array([(x[k] + 0.5) / scale_x - 0.5, (y[k] + 0.5) / scale_y - 0.5])
-        for k in order.tolist()
-    ]
+    across = x + _vertex(alike, y, x, 0, 1)
+    down = y + _vertex(alike, y, x, 1, 0)
+    places = np.column_stack([(across + 0.5) / scale_x - 0.5, (down + 0.5) / scale_y - 0.5])
+    return list(places[order])
+
+
+def _vertex(values: Image, y: Places, x: Places, dy: int, dx: int) -> Floats:
+    """Return how far from each peak, along one axis, the parabola through it is highest."""
+    height, width = values.shape
+    before, here, after = (
+        values[np.clip(y + k * dy, 0, height - 1), np.clip(x + k * dx, 0, width - 1)]
+        for k in (-1, 0, 1)
+    )
+    bend = np.maximum(2.0 * here - before - after, 1e-6)
+    return np.clip(0.5 * (after - before) / bend, -0.5, 0.5).astype(np.float64)
 
 
 def _mean_outline(examples: Sequence[Droplet]) -> Floats:

@@ -50,6 +50,7 @@ _DENOISING = 0.8  # standard deviation of the filter, pixels
 _LEVELS = 7  # of darkness, one twice the other
 _INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
 _STEP = 0.5  # along rays, pixels
+_BEYOND = 3.0  # pixels beyond the rim in which it gets as bright as outside
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
 _TOO_NARROW, _PALE_SHARE = 0.6, 0.25  # usual widths; of the border, at most
 _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths of the rim
@@ -270,21 +271,30 @@ class EnclosedSegmenter:
 
 
 def _rim_ends(profiles: Floats, reach: Floats, level: float, edge: float) -> tuple[Floats, Floats]:
-    """Return where the rim ends along each ray, NaN where it does not, and how dark it gets."""
+    """Return where the rim ends along each ray, NaN where it does not, and how dark it gets.
+
+    It ends where darkness has fallen by a share of what it falls by in all: the local mean, from
+    which darkness counts, depends on what else is near.
+    """
     darkest = np.maximum.accumulate(np.maximum(profiles, np.float32(level)), axis=1)
     inside = int(np.searchsorted(reach, 0.5))
     over = profiles < np.float32(edge) * darkest
     over[:, : inside + 1] = False
-    first = np.argmax(over, axis=1)
     rows = np.arange(len(profiles))
+    first = np.argmax(over, axis=1)
     ended = over[rows, first]
-    before = np.maximum(first - 1, 0)
-    target = edge * darkest[rows, first]
-    here, last = profiles[rows, first], profiles[rows, before]
-    share = np.clip((last - target) / np.maximum(last - here, 1e-6), 0.0, 1.0)
-    ends = reach[before] + share * _STEP
     peaks = np.where(ended, darkest[rows, first], darkest[:, -1])
-    return np.where(ended, ends, np.nan), peaks
+    beyond = np.clip(first[:, None] + np.arange(int(_BEYOND / _STEP)), 0, len(reach) - 1)
+    outside = np.take_along_axis(profiles, beyond, axis=1).min(axis=1)
+    target = outside + edge * (peaks - outside)
+    # The last place before there at which it is still as dark as that.
+    dark = (profiles >= target[:, None]) & (np.arange(len(reach)) < first[:, None])
+    dark[:, 0] = True
+    before = len(reach) - 1 - np.argmax(dark[:, ::-1], axis=1)
+    after = np.minimum(before + 1, len(reach) - 1)
+    last, here = profiles[rows, before], profiles[rows, after]
+    share = np.clip((last - target) / np.maximum(last - here, 1e-6), 0.0, 1.0)
+    return np.where(ended, reach[before] + share * _STEP, np.nan), peaks
 
 
 def _chosen(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Region]:
