@@ -110,6 +110,17 @@ def test_the_header_of_the_first_row_can_be_said(imported, refused):
         assert "rows of the file" in refused("header_row", imported, csv_of(), header_row=row).rule
 
 
+def test_an_index_without_a_name_and_small_tables(tmp_path):
+    path = tmp_path / "table.csv"
+    for names in (NAMES[:1], NAMES[:2], NAMES[:3], NAMES[:4], NAMES):
+        frame = pd.DataFrame([row[: len(names)] for row in ROWS], columns=names)
+        frame.to_csv(path)
+        assert list(read_table(path).columns) in (["column.1", *names], names)
+        assert len(read_table(path)) == 3
+        frame.to_csv(path, index=False)
+        assert list(read_table(path).columns) == names
+
+
 @pytest.mark.parametrize("separator", [",", ";", "\t"])
 def test_a_title_above_the_header(imported, separator):
     for title in ("Collisions of chip 7, rerun\n\n", f"Chip 7{separator * 5}\n"):

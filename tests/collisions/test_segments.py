@@ -10,6 +10,7 @@ import pytest
 from pinchoff import _core
 from pinchoff.collisions.circle_segments import (
     SMALL_SEGMENT_EXPONENT,
+    area_ratio_bound,
     local_exponent,
     segment_area,
     symmetry_of_height,
@@ -62,3 +63,9 @@ def test_local_exponent_is_the_derivative():
 def test_the_papers_ratio_of_the_smaller_parts():
     """Twice the radius on the separating line: A_small grows as A^(1 + β), 4^0.26 = 1.43."""
     assert 4 ** (1 + PAPER_EXPERIMENT_LINE.beta) == pytest.approx(1.434, abs=1e-3)
+
+
+def test_the_bound_on_daughters_is_the_ratio_of_the_two_sides():
+    """S is twice the smaller side's share of the area, so the other side has the rest."""
+    smaller = np.linspace(0.01, 0.5, 20)
+    np.testing.assert_allclose(area_ratio_bound(2.0 * smaller), smaller / (1.0 - smaller))
