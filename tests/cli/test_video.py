@@ -72,7 +72,7 @@ def test_results(done):
     names = {path.name for path in done.iterdir()}
     assert names == {
         *("clips", "collisions.parquet", "contact_sheet.png", "events.parquet", "index.html"),
-        "tracks.parquet",
+        *("plugs.parquet", "tracks.parquet"),
         *(["explore.html"] if is_built() else []),
     }
     assert {path.name for path in folder.iterdir()} >= {
@@ -142,7 +142,7 @@ def test_bad_files_do_not_stop_the_batch(filmed, tmp_path, capsys):
     assert main(["video", *files, *LABORATORY, "--out", str(out), "--no-overlay"]) == 0
     said = capsys.readouterr()
     assert re.search(r"error: .*text.mp4 must be a readable film; got .+; .+\n", said.err)
-    assert "2 collisions, 2 accepted, in 1 clips" in said.out
+    assert "2 collisions, 2 accepted, in 1 clip" in said.out
     assert "text.mp4 must be a readable film" in (out / "index.html").read_text(encoding="utf-8")
     assert not (out / "clips" / "text").exists()
 
