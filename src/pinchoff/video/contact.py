@@ -101,7 +101,9 @@ def contact_velocity(
     """Return the velocity at the last of several places, or at another time, pixels a second.
 
     A parabola in time through all of them, by least squares: droplets slow down as they approach.
-    With three places or fewer a straight line; with one, NaN.
+    Across their way they are taken to bend only where the places show it, by Akaike's corrected
+    criterion: a bend that is noise would turn the velocity. With three places or fewer a straight
+    line; with one, NaN.
 
     Parameters
     ----------
@@ -112,10 +114,28 @@ def contact_velocity(
     if len(places) < 2:
         return math.nan, math.nan
     since = np.array([place[0] for place in places]) - (places[-1][0] if at_s is None else at_s)
-    powers = np.vander(since, 3 if len(places) > FEWEST_FRAMES else 2, increasing=True)
-    fit, *_ = np.linalg.lstsq(powers, np.array([place[1:] for place in places]), rcond=None)
-    vx, vy = fit[1].tolist()
+    where = np.array([place[1:] for place in places])
+    way = where[-1] - where[0]
+    way = way / np.hypot(*way) if way.any() else np.array([1.0, 0.0])
+    aside = np.array([-way[1], way[0]])
+    along, _ = _slope(since, where @ way, 3 if len(places) > FEWEST_FRAMES else 2)
+    straight, bent = (_slope(since, where @ aside, order) for order in (2, 3))
+    across = bent[0] if bent[1] < straight[1] else straight[0]
+    vx, vy = (along * way + across * aside).tolist()
     return vx, vy
+
+
+def _slope(since: Floats, values: Floats, order: int) -> tuple[float, float]:
+    """Return the slope at zero of a polynomial fit, and Akaike's corrected criterion."""
+    powers = np.vander(since, order, increasing=True)
+    fit, *_ = np.linalg.lstsq(powers, values, rcond=None)
+    spare = len(since) - order - 2  # the noise is a parameter too
+    if spare <= 0:
+        return float(fit[1]), math.inf
+    left = float(np.mean((powers @ fit - values) ** 2))
+    parameters = order + 1
+    criterion = len(since) * math.log(max(left, 1e-24)) + 2 * parameters
+    return float(fit[1]), criterion + 2 * parameters * (parameters + 1) / spare
 
 
 def touching_velocity(
