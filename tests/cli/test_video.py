@@ -89,7 +89,7 @@ def test_results(done):
     assert outlines.units == "um"
     assert len(outlines.measure()) > result["frames"]
     page = (done / "index.html").read_text(encoding="utf-8")
-    assert "2 collisions in 1 clips" in page
+    assert "2 collisions in 1 clip" in page
     assert page.count('class="picture"') == 2  # two figures; the collisions stand in the gallery
 
 

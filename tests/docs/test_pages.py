@@ -24,6 +24,7 @@ SLOW = ("how-to/calibrate.md", "how-to/reproduce.md", "tutorials/film-to-law.md"
 NEEDS = {
     "how-to/arrays.md": "skfem",
     "how-to/cluster.md": "distributed",
+    "how-to/export.md": "roifile",
     "tutorials/film-to-law.md": "cv2",
     "tutorials/porous-medium.md": "skfem",
 }
