@@ -33,6 +33,8 @@ _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
 _FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")
 
 
+# trackpy, which a page shows, still uses what pandas is about to take away.
+@pytest.mark.filterwarnings("ignore:The inplace keyword in DataFrame.set_index")
 @pytest.mark.parametrize(
     "page", [pytest.param(p, marks=pytest.mark.slow if p in SLOW else ()) for p in PAGES]
 )
