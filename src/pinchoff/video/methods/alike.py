@@ -108,7 +108,8 @@ def _vertex(values: Image, y: Places, x: Places, dy: int, dx: int) -> Floats:
         for k in (-1, 0, 1)
     )
     bend = np.maximum(2.0 * here - before - after, 1e-6)
-    return np.clip(0.5 * (after - before) / bend, -0.5, 0.5).astype(np.float64)
+    shift: Floats = np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
+    return shift
 
 
 def _mean_outline(examples: Sequence[Droplet]) -> Floats:
