@@ -46,9 +46,9 @@ def contact_outcomes(
     Returns
     -------
     DataFrame
-        droplet_id, obstacle, time, symmetry, breakup_number (with the droplet's area and speed at
-        contact, and the line of the paper's simulations), broke, and settled: whether its outcome
-        was seen.
+        droplet_id, obstacle, time, radius of the obstacle and diameter of the droplet, D0,
+        symmetry, breakup_number (with the droplet's area and speed at contact, and the line of
+        the paper's simulations), broke, and settled: whether its outcome was seen.
     """
     import pandas as pd
 
@@ -76,6 +76,8 @@ def contact_outcomes(
             "droplet_id": droplet,
             "obstacle": pillar,
             "time": time,
+            "radius": circles[pillar, 2],
+            "diameter": np.sqrt(4 / math.pi * met["area"].to_numpy(np.float64)),
             "symmetry": met["symmetry"].to_numpy(np.float64),
             "breakup_number": number,
             "broke": np.isfinite(gap) & (gap == nearest),
