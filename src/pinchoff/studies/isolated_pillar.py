@@ -82,12 +82,13 @@ def isolated_pillar(
         raise InputError.of("thickness", "finite for a pillar alone", thickness, advice)
     rows = []
     for diameter in np.asarray(diameters, dtype=np.float64).tolist():
-        # The same collision in units of the droplet's own diameter.
+        # The same collision in units of the droplet's own diameter. A vertex has the drag μD/N and
+        # the line tension is one force for all: Ca_sim, made with D0, grows like D.
         count = 2 * round(parameters.vertex_count * diameter / 2)
         alone = parameters.replace(
             size_ratio=diameter / radius,
             vertex_count=max(_LEAST_VERTICES, count),
-            simulation_capillary_number=parameters.simulation_capillary_number * speed,
+            simulation_capillary_number=parameters.simulation_capillary_number * diameter * speed,
             scale=None,
         )
         flow = brinkman(radius / diameter, thickness / diameter)
