@@ -315,6 +315,7 @@ def test_momentum_of_touching_droplets_is_kept():
         np.zeros(4),
         np.zeros(0),
         math.inf,
+        np.zeros(0),
         0,
         1,
     )
@@ -478,6 +479,7 @@ def test_islands_give_what_comparing_everybody_gives(kind):
             np.zeros(4),
             np.zeros(0),
             math.inf,
+            np.zeros(0),
             0,
             1,
             exhaustive=exhaustive,
@@ -519,6 +521,7 @@ def test_a_droplet_that_blows_up_is_retired_alone():
         np.zeros(4),
         np.zeros(0),
         math.inf,
+        np.zeros(0),
         0,
         1,
     )
