@@ -5,15 +5,18 @@
 namespace pinchoff {
 
 /// A merged droplet neither breaks nor merges before its bridge has opened past the neck's
-/// threshold once: it starts thinner than that, and would be cut at once.
+/// threshold once: it starts thinner than that, and would be cut at once. A bridge that the flow
+/// draws thin again before it has come so far is a neck like any other from then on.
 inline void Island::open_bridges() {
     for (Droplet& d : droplets_) {
         if (d.bridge == 0) continue;
         const Separation& limit = world_->separation;
-        if (!bridge_is_thin(d.positions(), d.bridge,
-                            {limit.fraction, limit.length * d.ring.diameter},
-                            neck_threshold(world_->model, d.ring.diameter)))
-            d.bridge = 0;
+        const double thickness =
+            bridge_thickness(d.positions(), d.bridge,
+                             {limit.fraction, limit.length * d.ring.diameter},
+                             neck_threshold(world_->model, d.ring.diameter));
+        d.widest = std::max(d.widest, thickness);
+        if (std::isinf(thickness) || thickness < kClosing * d.widest) d.bridge = 0;
     }
 }
 

@@ -46,6 +46,7 @@ public:
     double lag = 0;              // how far its velocities are behind its positions, in time
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
     std::uint64_t key = 0;       // of its random numbers: the same whatever its number
+    double widest = 0;           // how thick its bridge has been, D0
     int meetings = 0;            // contacts with other droplets that have begun
     int bridge = 0;  // the bridge of a merge that has not opened yet is between vertex 0 and this
 
@@ -129,7 +130,7 @@ public:
     /// The same for all that changes while an island advances, over more than one block.
     void remember() {
         std::copy_n(state_, state_size_, remembered_);
-        memory_ = {true, lag, travelled, mended, contacted.size(), meetings, bridge, seen};
+        memory_ = {true, lag, travelled, mended, contacted.size(), meetings, bridge, widest, seen};
     }
     bool remembered() const { return memory_.held; }
     void recall() {
@@ -140,6 +141,7 @@ public:
         contacted.resize(memory_.contacted);
         meetings = memory_.meetings;
         bridge = memory_.bridge;
+        widest = memory_.widest;
         seen = memory_.seen;
         sought = false;
     }
@@ -156,6 +158,7 @@ private:
         double lag = 0, travelled = 0, mended = 0;
         std::size_t contacted = 0;
         int meetings = 0, bridge = 0;
+        double widest = 0;
         DropletLook seen;
     } memory_;
 

@@ -634,7 +634,7 @@ inline std::vector<double> Emulsion::state() const {
               static_cast<double>(r.count), static_cast<double>(d.contacted.size()), r.rest_area,
               d.lag, d.mended, d.seen.neck_room, d.seen.thinnest, static_cast<double>(d.key >> 32),
               static_cast<double>(d.key & 0xffffffffULL), static_cast<double>(d.meetings),
-              static_cast<double>(d.bridge)})
+              static_cast<double>(d.bridge), d.widest})
             out.push_back(number);
         for (const int o : d.contacted) out.push_back(o);
         for (const double* a : {r.x, r.y, r.vx, r.vy}) out.insert(out.end(), a, a + r.count);
@@ -677,6 +677,7 @@ inline void Emulsion::restore(std::span<const double> state) {
         const double neck_room = number(), thinnest = number();
         const std::uint64_t key = halves();
         const int meetings = static_cast<int>(whole()), bridge = static_cast<int>(whole());
+        const double widest = number();
         std::vector<int> met(static_cast<std::size_t>(contacted));
         for (int& o : met) o = static_cast<int>(whole());
         std::vector<Vec2> r(count), v(count);
@@ -693,6 +694,7 @@ inline void Emulsion::restore(std::span<const double> state) {
         d.key = key;
         d.meetings = meetings;
         d.bridge = bridge;
+        d.widest = widest;
         d.seen.neck_room = neck_room;
         d.seen.thinnest = thinnest;
         droplets_.push_back(std::move(d));

@@ -313,6 +313,7 @@ inline void Island::mend(const Finding& found) {
     mended.key = d.key;
     mended.meetings = d.meetings;
     mended.bridge = d.bridge;
+    mended.widest = d.widest;
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));

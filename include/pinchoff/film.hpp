@@ -87,6 +87,9 @@ struct FilmEvent {
     double value;
 };
 
+/// A bridge this much thinner than it has been is no longer opening; far more than what vertices
+/// that slide change of a chord between them.
+inline constexpr double kClosing = 0.8;
 /// How far vertices may move between two looks at a bridge that has not opened, in their spacing.
 inline constexpr double kBridgeRoom = 0.25;
 
