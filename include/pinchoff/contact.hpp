@@ -125,12 +125,26 @@ inline std::size_t edges_near(ContactLists& lists, const Ring& ring, Vec2 r, dou
     return nearest;
 }
 
+/// Length of the outline that belongs to a vertex: half of both of its edges.
+inline double share_of_outline(const Ring& ring, int i) {
+    const int before = i == 0 ? ring.count - 1 : i - 1;
+    return 0.5 * (std::hypot(ring.x[i] - ring.x[before], ring.y[i] - ring.y[before]) +
+                  std::hypot(ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]));
+}
+
+/// How deep vertices of one ring are inside another, and the length of its outline that is within a
+/// vertex spacing of the other's.
+struct Touching {
+    double depth = 0, facing = 0;
+};
+
 /// Lists the vertices of ring a near edges of ring b, whose image is shifted. Each is listed with
 /// one stretch of edges round the nearest, since the nearest edge alone tells on which side of a
-/// thin part it is. Returns how deep any of them is inside b.
-inline double list_touches(ContactLists& lists, const Ring& a, int index_a, const Ring& b,
-                           int index_b, const Box& box_b, Vec2 image, double within) {
-    double deepest = 0;
+/// thin part it is.
+inline Touching list_touches(ContactLists& lists, const Ring& a, int index_a, const Ring& b,
+                             int index_b, const Box& box_b, Vec2 image, double within) {
+    const double spacing = touch_of(a, b).length;
+    double deepest = 0, facing = 0;
     box_chunks(b, lists.chunks);
     const Box wide = grown(box_b, within);
     for (int i = 0; i < a.count; ++i) {
@@ -142,14 +156,16 @@ inline double list_touches(ContactLists& lists, const Ring& a, int index_a, cons
         const Run run = covering_run(b.count, lists.edges, some);
         lists.touches.push_back({index_a, i, index_b, run.first, run.count, image.x, image.y});
         deepest = std::min(deepest, nearest.distance);
+        if (nearest.distance < spacing) facing += share_of_outline(a, i);
     }
-    return -deepest;
+    return {-deepest, facing};
 }
 
 /// What a look at two droplets gives: how far vertices may move while the list is complete, and how
-/// deep one is inside the other.
+/// one touches the other.
 struct PairRoom {
-    double allowed, depth;
+    double allowed;
+    Touching touching;
 };
 
 /// Lists the vertices of ring a that may touch ring b, whose image is shifted.
@@ -158,7 +174,7 @@ inline PairRoom list_pair(ContactLists& lists, const Ring& a, int index_a, const
     // A list is built wider than the contact's range by what both sides may move.
     const double margin = 0.5 * touch_of(a, b).length, range = tracks_front(a) ? 0.0 : margin;
     const double apart = gap(box_a, shifted(box_b, image)) - range;
-    if (apart > 2.0 * margin) return {0.5 * apart, 0.0};
+    if (apart > 2.0 * margin) return {0.5 * apart, {}};
     return {margin,
             list_touches(lists, a, index_a, b, index_b, box_b, image, range + 2.0 * margin)};
 }

@@ -21,7 +21,12 @@ from scipy.spatial import cKDTree
 from pinchoff.model import arrays
 from pinchoff.model.arrangement import CLEARANCE
 from pinchoff.model.arrays import Floats, PillarArray
-from pinchoff.model.emulsion import Inlet, emulsion_parameters, simulate_emulsion
+from pinchoff.model.emulsion import (
+    Coalescence,
+    Inlet,
+    emulsion_parameters,
+    simulate_emulsion,
+)
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.checked import unknown_name
@@ -43,7 +48,7 @@ _KINDS: dict[str, Callable[..., PillarArray]] = {
 }
 _LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _RUN = {"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0, "seed": 0, "outlines": True}
-_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets")
+_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
 _PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
 _PLACES = 20_000  # tried for a droplet before the cell counts as full
 
@@ -68,6 +73,8 @@ class EmulsionDesign:
     inlet : Inlet or None
     droplets : ndarray, shape (K, 3)
         Those that are there at the start.
+    coalescence : Coalescence or None
+        None: droplets do not merge.
     settings : dict
         Of `pinchoff.simulate_emulsion`: interval, smallest_breaking, checkpoint, seed, outlines.
     """
@@ -79,6 +86,7 @@ class EmulsionDesign:
     time: float
     inlet: Inlet | None
     droplets: Floats
+    coalescence: Coalescence | None = None
     settings: dict[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -105,7 +113,8 @@ class EmulsionDesign:
             and ``outlines`` of `pinchoff.simulate_emulsion`; tables ``array`` (``kind`` and the
             arguments of `pinchoff.arrays`, ``before`` and ``behind``), ``flow`` (``thickness``,
             ``mean_speed`` or ``pressure_gradient``), ``parameters``, and ``inlet`` or
-            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``). With ``physical``
+            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``), and ``coalescence``
+            (the arguments of `pinchoff.Coalescence`) where droplets merge. With ``physical``
             (diameter, speed, viscosity, surface_tension) lengths of the other tables may have
             units.
         beside : Path, optional
@@ -134,7 +143,7 @@ class EmulsionDesign:
             if name not in tables:
                 raise InputError.of(name, "a table", "nothing", f"write [{name}]")
         diameter_um = _diameter_um(tables)
-        for name in tables.keys() - {"parameters", "physical"}:
+        for name in tables.keys() - {"parameters", "physical", "coalescence"}:
             tables[name] = _in_diameters(name, tables[name], diameter_um)
         seed = checked_whole("seed", config.get("seed", 0), "use 0", low=0)
         array = _array(tables["array"], beside or Path())
@@ -162,6 +171,7 @@ class EmulsionDesign:
             checked_positive("time", config.get("time"), "give it in t0"),
             _inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
             _droplets(tables["droplets"], array, seed) if "droplets" in tables else _NONE,
+            _coalescence(tables["coalescence"]) if "coalescence" in tables else None,
             {**_RUN, **{name: config[name] for name in _RUN if name in config}},
         )
 
@@ -192,10 +202,11 @@ class EmulsionDesign:
             time=self.time,
             droplets=self.droplets if self.inlet is None else None,
             obstacles=self.array,
-            flow=flow.sampled(pad=2.0),
+            flow=flow.sampled(pad=2.0, periodic=self.periodic),
             periodic=self.periodic,
             inlet=self.inlet,
             outlet=None if self.inlet is None else self.array.length,
+            coalescence=self.coalescence,
             out=out,
             resume=True,
             **self.settings,
@@ -317,6 +328,14 @@ def _inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: PillarAr
             advice = "give the free fluid before and behind the array, such as 3"
             raise InputError.of(f"array.{name}", "positive beside an inlet", 0, advice)
     return Inlet(**{"x": 0.0, "bottom": 0.0, "top": array.width, **table})
+
+
+def _coalescence(table: Mapping[str, Any]) -> Coalescence:
+    _require_known("coalescence", table, tuple(inspect.signature(Coalescence).parameters))
+    if "drainage" not in table:
+        advice = "write K, or inf where contacts are only recorded"
+        raise InputError.of("coalescence.drainage", "given", "nothing", advice)
+    return Coalescence(**table)
 
 
 def _droplets(table: Mapping[str, Any], array: PillarArray, seed: int) -> Floats:
