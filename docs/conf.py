@@ -12,23 +12,57 @@ copyright = author
 version = release = installed_version("pinchoff")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
     "command_help",
     "formulas",
     "live_model",
     "parameter_table",
 ]
-exclude_patterns = ["_extensions"]
-source_suffix = {".md": "markdown"}
+exclude_patterns = [
+    "_extensions",
+    "_templates",
+    "gallery/*.py",
+    "gallery/*.ipynb",
+    "**/sg_execution_times.rst",
+]
+templates_path = ["_templates"]
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb", ".rst": "restructuredtext"}
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 
+# The notebooks hold no outputs: they are run whenever the site is built.
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_execution_show_tb = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "within_subsection_order": "gallery_order.key",
+    "show_memory": False,
+    "show_signature": False,
+    "min_reported_time": 1e6,
+    "abort_on_example_error": True,
+    "capture_repr": ("_repr_html_",),
+    "download_all_examples": False,
+}
+
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say it, with shapes and units
 
