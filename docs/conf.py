@@ -4,6 +4,8 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from sphinx.ext import autosummary
+
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "pinchoff"
@@ -30,9 +32,11 @@ exclude_patterns = [
     "gallery/*.py",
     "gallery/*.ipynb",
     "**/sg_execution_times.rst",
+    "sg_execution_times.rst",
 ]
+smartquotes_action = "qe"  # an option keeps its two hyphens
 templates_path = ["_templates"]
-source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb", ".rst": "restructuredtext"}
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
@@ -47,7 +51,8 @@ nb_execution_show_tb = True
 sphinx_gallery_conf = {
     "examples_dirs": "../examples/gallery",
     "gallery_dirs": "gallery",
-    "within_subsection_order": "gallery_order.key",
+    "within_subsection_order": "gallery.order",
+    "image_scrapers": ("gallery.pictures",),
     "show_memory": False,
     "show_signature": False,
     "min_reported_time": 1e6,
@@ -63,6 +68,9 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
 autosummary_generate = True
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # they end no sentence
+autosummary_filename_map = {"pinchoff.Boundary": "pinchoff.Boundary-class"}  # beside boundary
+suppress_warnings = ["ref.python"]  # attributes of several classes have one name
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say it, with shapes and units
 

@@ -2,7 +2,8 @@ r"""
 What do the model's constants change?
 =====================================
 
-A calibration to the paper's simulated line: the critical symmetries before and after a short search over one constant.
+A calibration to the paper's simulated line: the critical symmetries before and after a short
+search over one constant.
 """
 
 import pinchoff as po

@@ -2,8 +2,9 @@ r"""
 Do viscosity and tension act through their ratio?
 =================================================
 
-They do, as in the paper's appendix C: the critical symmetries of three line tensions :math:`\tilde\gamma` fall on one line when
-they are drawn against the ratio :math:`\tilde\mu/\tilde\gamma`.
+They do, as in the paper's appendix C: the critical symmetries of three line tensions
+:math:`\tilde\gamma` fall on one line when they are drawn against the ratio
+:math:`\tilde\mu/\tilde\gamma`.
 """
 
 import pinchoff as po

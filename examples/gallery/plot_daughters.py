@@ -2,7 +2,8 @@ r"""
 How large are the daughters?
 ============================
 
-The ratio of the daughters' areas against the symmetry. A daughter made of the whole smaller part would lie on the dotted curve.
+The ratio of the daughters' areas against the symmetry. A daughter made of the whole smaller part
+would lie on the dotted curve.
 """
 
 import pinchoff as po

@@ -2,8 +2,11 @@ r"""
 How does it move?
 =================
 
-A film of a run, as a player. ``collision.animate("collision.gif")`` writes it into a file: GIF, MP4 or HTML.
+A film of a run, as a player. ``collision.animate("collision.gif")`` writes it into a file: GIF,
+MP4 or HTML.
 """
+
+# sphinx_gallery_thumbnail_path = "images/collision.png"
 
 import pinchoff as po
 

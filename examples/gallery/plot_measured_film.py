@@ -2,14 +2,18 @@ r"""
 What is in a film?
 ==================
 
-A clip measured: histograms of what was found, and when the droplets met the obstacle. The clip is the small drawn one that
-``pinchoff examples`` writes.
+A clip measured: histograms of what was found, and when the droplets met the obstacle. The clip is
+the small drawn one that ``pinchoff examples`` writes.
 """
+
+import tempfile
+from pathlib import Path
 
 import pinchoff as po
 from pinchoff.cli.examples import examples
 
-examples("examples")
+folder = Path(tempfile.mkdtemp())
+examples(str(folder / "examples"))
 settings = po.VideoSettings(
     pixel_size_um=5.28,
     laboratory={
@@ -19,7 +23,7 @@ settings = po.VideoSettings(
         "surface_tension_mN_m": 20,
     },
 )
-measured = po.measure_videos(["examples/clip.mp4"], "measured", settings)
+measured = po.measure_videos([folder / "examples" / "clip.mp4"], folder / "measured", settings)
 panels = po.figures.histograms(measured.collisions)
 
 # %%

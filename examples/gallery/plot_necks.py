@@ -2,8 +2,8 @@ r"""
 What does a camera see of a neck?
 =================================
 
-Left, the thinnest necks of synthetic collisions. Right, the neck in a film's last frame before the break-up: the slower the camera,
-the thicker the last neck that it sees.
+Left, the thinnest necks of synthetic collisions. Right, the neck in a film's last frame before
+the break-up: the slower the camera, the thicker the last neck that it sees.
 """
 
 import pinchoff as po

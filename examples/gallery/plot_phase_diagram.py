@@ -2,9 +2,10 @@ r"""
 Which droplets break?
 =====================
 
-Every collision of a sweep by its symmetry :math:`S` and by :math:`\mathrm{Ca}\,\tilde A\,\tilde z`: the capillary number, the droplet's
-area over :math:`R^2` and the chamber's thickness over :math:`R`, where :math:`R` is the obstacle's radius. Any table of collisions
-will do, simulated or measured.
+Every collision of a sweep by its symmetry :math:`S` and by :math:`\mathrm{Ca}\,\tilde A\,\tilde
+z`: the capillary number, the droplet's area over :math:`R^2` and the chamber's thickness over
+:math:`R`, where :math:`R` is the obstacle's radius. Any table of collisions will do, simulated or
+measured.
 """
 
 import numpy as np

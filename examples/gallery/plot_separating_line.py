@@ -2,8 +2,8 @@ r"""
 Where does break-up begin?
 ==========================
 
-``po.boundary`` brackets the critical symmetry :math:`S_c` at each capillary number. Stars are its runs; the line is fitted to the
-brackets.
+``po.boundary`` brackets the critical symmetry :math:`S_c` at each capillary number. Stars are its
+runs; the line is fitted to the brackets.
 """
 
 import pinchoff as po

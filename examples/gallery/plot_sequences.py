@@ -2,7 +2,8 @@ r"""
 Faster or further off: what changes?
 ====================================
 
-Two images of each collision, as in the paper's first figure: the fluid moves by 400 µm from one to the other.
+Two images of each collision, as in the paper's first figure: the fluid moves by 400 µm from one
+to the other.
 """
 
 import pinchoff as po

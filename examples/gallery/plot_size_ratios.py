@@ -2,8 +2,9 @@ r"""
 Does one line serve all sizes?
 ==============================
 
-Critical symmetries of droplets of several sizes. Left, against :math:`\mathrm{Ca}\,\tilde A\,\tilde z`; right, with
-:math:`\tilde A` to the power that brings them nearest to one line. The colours are in the order of :math:`D_0/R`.
+Critical symmetries of droplets of several sizes. Left, against :math:`\mathrm{Ca}\,\tilde
+A\,\tilde z`; right, with :math:`\tilde A` to the power that brings them nearest to one line. The
+colours are in the order of :math:`D_0/R`.
 """
 
 import pinchoff as po

@@ -2,8 +2,8 @@ r"""
 What happens in a collision?
 ============================
 
-Six moments of one droplet. In the second, the dashed line divides it into the two areas of its symmetry :math:`S`; in the
-fourth, the thinnest neck is marked.
+Six moments of one droplet. In the second, the dashed line divides it into the two areas of its
+symmetry :math:`S`; in the fourth, the thinnest neck is marked.
 """
 
 import pinchoff as po
@@ -12,8 +12,8 @@ collision = po.simulate(po.Parameters(simulation_capillary_number=25, offset=0.0
 panels = po.figures.snapshot_strip(collision.outlines)
 
 # %%
-# ``collision.plot()`` draws the same. With physical quantities, times and lengths have the units of the laboratory; ``times`` chooses
-# the moments, in :math:`t_0 = D_0/v`.
+# ``collision.plot()`` draws the same. With physical quantities, times and lengths have the units
+# of the laboratory; ``times`` chooses the moments, in :math:`t_0 = D_0/v`.
 
 parameters = po.Parameters.from_physical(
     diameter="481 um",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,21 @@ _SMALL_DOTS_PER_INCH = 96  # of a GIF and of a player
 _FONT_SIZE = 11  # points
 _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
 _QUALITY = 18  # constant rate factor of x264: no visible loss
+_BUTTONS = {
+    "minus": "−",
+    "fast-backward": "⏮",
+    "step-backward": "◁|",
+    "play fa-flip-horizontal": "◀",
+    "play": "▶",
+    "pause": "❚❚",
+    "step-forward": "|▷",
+    "fast-forward": "⏭",
+    "plus": "+",
+}
+"""What stands on the buttons of a player, by the names of their icons in matplotlib's page."""
+
+Progress = Callable[[int, int], object]
+"""What is called with the frames done and the frames in all."""
 
 Progress = Callable[[int, int], object]
 """What is called with the frames done and the frames in all."""
@@ -172,7 +188,13 @@ def _player(outlines: Outlines, fps: int) -> Player:
     look: Any = {"animation.embed_limit": 200, "savefig.dpi": _SMALL_DOTS_PER_INCH}
     with rc_context(look):
         film = FuncAnimation(stage.canvas.figure, stage.show, frames=stage.frames)
-        return Player(film.to_jshtml(fps=fps), len(stage.frames))
+        return Player(_without_network(film.to_jshtml(fps=fps)), len(stage.frames))
+
+
+def _without_network(page: str) -> str:
+    """Return matplotlib's player with letters on its buttons, where it would fetch a font."""
+    page = re.sub(r"<link[^>]*font-awesome[^>]*>", "", page)
+    return re.sub(r'<i class="fa fa-([\w -]+)"></i>', lambda icon: _BUTTONS[icon[1]], page)
 
 
 def _window(outlines: Outlines) -> Window:

@@ -71,8 +71,9 @@ def neck_histograms(
             values = necks[measured & (broke == kind)]
             if len(values) > 1 and np.ptp(values) < 0.1 * edges[1]:
                 # Simulated droplets are cut at one thickness: a line, not one tall bar.
-                text = f"{label}: {len(values):,}, all at {numeral(float(np.median(values)), '.3g')} {unit}"
-                axes[0].axvline(float(np.median(values)), color=color, lw=1.6, label=text)
+                place = float(np.median(values))
+                text = f"{label}: {len(values):,}, all at {numeral(place, '.3g')} {unit}"
+                axes[0].axvline(place, color=color, lw=1.6, label=text)
                 continue
             text = f"{label}: {len(values):,}"
             axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
