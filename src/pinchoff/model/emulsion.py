@@ -314,6 +314,7 @@ def _run(
     if state is not None:
         run.restore(state)
         done = round(run.time / WINDOW)
+        result._take_count(run)
     else:
         result._note(run, on_frame)
     frames = 0
@@ -416,8 +417,7 @@ class Emulsion:
         """Take the events up to here, and this frame."""
         events = self._take_events(run)
         sizes = _size_table(run)
-        self.time = run.time
-        self.balance = _balance(run)
+        self._take_count(run)
         if self._folder is None:
             self._events += [events] if len(events) else []
             self._sizes.append(sizes)
@@ -428,6 +428,10 @@ class Emulsion:
                 self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if on_frame is not None:
             on_frame(run.time, droplets_of(run.frame()))
+
+    def _take_count(self, run: _core.Emulsion) -> None:
+        self.time = run.time
+        self.balance = _balance(run)
 
     def _take_events(self, run: _core.Emulsion) -> pd.DataFrame:
         import pandas as pd
@@ -449,7 +453,7 @@ class Emulsion:
         return pd.DataFrame({c.name: own.get(c.name, events.get(c.name)) for c in EVENT_COLUMNS})
 
     def _write_piece(self, run: _core.Emulsion) -> None:
-        if self._folder is not None:
+        if self._folder is not None and self._piece.sizes:
             tables = {"events": EVENT_COLUMNS, "sizes": SIZE_COLUMNS}
             self._folder.write_piece(self._piece, tables, np.asarray(run.state()))
             self._piece = Piece()

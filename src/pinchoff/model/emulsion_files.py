@@ -90,6 +90,9 @@ class EmulsionFolder:
                 if int(path.stem.rsplit("-", 1)[1]) >= self._piece:
                     path.unlink()
         self._unfinished().unlink(missing_ok=True)
+        for name in ("events", "sizes", "checkpoint"):
+            for path in self.path.glob(f".{name}*"):
+                path.unlink()
         return state
 
     def _read_checkpoint(self) -> Floats:
