@@ -6,18 +6,31 @@ namespace pinchoff {
 
 /// A merged droplet neither breaks nor merges before its bridge has opened past the neck's
 /// threshold once: it starts thinner than that, and would be cut at once. A bridge that the flow
-/// draws thin again before it has come so far is a neck like any other from then on.
+/// draws thin again before it has come so far, or that is no longer where the droplet is thinnest,
+/// is a place like any other from then on.
 inline void Island::open_bridges() {
     for (Droplet& d : droplets_) {
         if (d.bridge == 0) continue;
         const Separation& limit = world_->separation;
-        const double thickness =
-            bridge_thickness(d.positions(), d.bridge,
-                             {limit.fraction, limit.length * d.ring.diameter},
-                             neck_threshold(world_->model, d.ring.diameter));
-        d.widest = std::max(d.widest, thickness);
-        if (std::isinf(thickness) || thickness < kClosing * d.widest) d.bridge = 0;
+        const Neck neck =
+            find_neck(d.positions(), {limit.fraction, limit.length * d.ring.diameter});
+        d.widest = std::max(d.widest, neck.thickness);
+        const bool opens = neck.thickness < neck_threshold(world_->model, d.ring.diameter) &&
+                           neck.thickness >= kClosing * d.widest &&
+                           at_bridge(neck, d.bridge, d.ring.count);
+        if (!opens) d.bridge = 0;
     }
+}
+
+/// Adds what one droplet of a pair faces the other with, if anything.
+inline void Island::measure_facing(Look& look, const DropletPair& pair) const {
+    const Ring &a = droplets_[pair.first].ring, &b = droplets_[pair.second].ring;
+    const Box &box_a = look.droplets[pair.first].survey.box,
+              &box_b = look.droplets[pair.second].survey.box;
+    const double spacing = touch_of(a, b).length;
+    if (gap(box_a, shifted(box_b, pair.image)) > spacing) return;
+    const double length = facing_length(look.lists, a, b, box_b, pair.image, spacing);
+    if (length > 0.0) look.facings.push_back({pair.first, pair.second, length});
 }
 
 inline int Island::index_of(int id) const {
@@ -97,7 +110,7 @@ inline void Island::begin_film(const Facing& f) {
     if (place != films_.end() && !earlier(film, *place)) return;
     Droplet &a = droplets_[index_of(f.droplet)], &b = droplets_[index_of(f.other)];
     film.harmonic = 2.0 * a.ring.diameter * b.ring.diameter / (a.ring.diameter + b.ring.diameter);
-    film.spacing = touch_of(a.ring, b.ring).length;
+    film.least = least_length(touch_of(a.ring, b.ring).length, film.harmonic);
     film.length = film.longest = f.length;
     const Film* inherited = nullptr;
     for (const Film& old : handed_down_)
@@ -205,7 +218,7 @@ inline bool Island::merge(const Film& film) {
     Guard guard = Guard::none;
     double value = 0;
     // Along all that they face each other with; where that does not serve, at one place.
-    for (const double within : {film.spacing, 0.0}) {
+    for (const double within : {touch_of(a.ring, b.ring).length, 0.0}) {
         Joined joined = join(one, other, within, count);
         const Vec2 correction = velocity - mean(joined.shape.v);
         for (Vec2& v : joined.shape.v) v = v + correction;

@@ -137,26 +137,12 @@ inline std::size_t edges_near(ContactLists& lists, const Ring& ring, Vec2 r, dou
     return nearest;
 }
 
-/// Length of the outline that belongs to a vertex: half of both of its edges.
-inline double share_of_outline(const Ring& ring, int i) {
-    const int before = i == 0 ? ring.count - 1 : i - 1;
-    return 0.5 * (std::hypot(ring.x[i] - ring.x[before], ring.y[i] - ring.y[before]) +
-                  std::hypot(ring.x[i + 1] - ring.x[i], ring.y[i + 1] - ring.y[i]));
-}
-
-/// How deep vertices of one ring are inside another, and the length of its outline that is within a
-/// vertex spacing of the other's.
-struct Touching {
-    double depth = 0, facing = 0;
-};
-
 /// Lists the vertices of ring a near edges of ring b, whose image is shifted. Each is listed with
 /// one stretch of edges round the nearest, since the nearest edge alone tells on which side of a
-/// thin part it is.
-inline Touching list_touches(ContactLists& lists, const Ring& a, int index_a, const Ring& b,
-                             int index_b, const Box& box_b, Vec2 image, double within) {
-    const double spacing = touch_of(a, b).length;
-    double deepest = 0, facing = 0;
+/// thin part it is. Returns how deep any of them is inside b.
+inline double list_touches(ContactLists& lists, const Ring& a, int index_a, const Ring& b,
+                           int index_b, const Box& box_b, Vec2 image, double within) {
+    double deepest = 0;
     box_chunks(b, lists.chunks);
     const Box wide = grown(box_b, within);
     for (int i = 0; i < a.count; ++i) {
@@ -168,16 +154,40 @@ inline Touching list_touches(ContactLists& lists, const Ring& a, int index_a, co
         const Run run = covering_run(b.count, lists.edges, some);
         lists.touches.push_back({index_a, i, index_b, run.first, run.count, image.x, image.y});
         deepest = std::min(deepest, nearest.distance);
-        if (nearest.distance < spacing) facing += share_of_outline(a, i);
     }
-    return {-deepest, facing};
+    return -deepest;
+}
+
+/// Length of ring a's outline that is within a distance of ring b, whose image is shifted; along an
+/// edge the distance is taken to change evenly.
+inline double facing_length(ContactLists& lists, const Ring& a, const Ring& b, const Box& box_b,
+                            Vec2 image, double within) {
+    const double far = 3.0 * within;
+    const Box wide = grown(box_b, far);
+    box_chunks(b, lists.chunks);
+    const auto distance = [&](int i) {
+        const Vec2 r = displacement(image, {a.x[i], a.y[i]});
+        if (r.x < wide.left || r.x > wide.right || r.y < wide.bottom || r.y > wide.top) return far;
+        const std::size_t some = edges_near(lists, b, r, far);
+        return lists.edges.empty() ? far : std::sqrt(edge_distance2(b, r, lists.edges[some]));
+    };
+    double length = 0, here = distance(0);
+    for (int i = 0; i < a.count; ++i) {
+        const double next = distance(i + 1 == a.count ? 0 : i + 1);
+        const double low = std::min(here, next), high = std::max(here, next);
+        if (low < within) {
+            const double share = high > within ? (within - low) / (high - low) : 1.0;
+            length += share * std::hypot(a.x[i + 1] - a.x[i], a.y[i + 1] - a.y[i]);
+        }
+        here = next;
+    }
+    return length;
 }
 
 /// What a look at two droplets gives: how far vertices may move while the list is complete, and how
-/// one touches the other.
+/// deep one is inside the other.
 struct PairRoom {
-    double allowed;
-    Touching touching;
+    double allowed, depth;
 };
 
 /// Lists the vertices of ring a that may touch ring b, whose image is shifted.
@@ -186,7 +196,7 @@ inline PairRoom list_pair(ContactLists& lists, const Ring& a, int index_a, const
     // A list is built wider than the contact's range by what both sides may move.
     const double margin = 0.5 * touch_of(a, b).length, range = tracks_front(a) ? 0.0 : margin;
     const double apart = gap(box_a, shifted(box_b, image)) - range;
-    if (apart > 2.0 * margin) return {0.5 * apart, {}};
+    if (apart > 2.0 * margin) return {0.5 * apart, 0.0};
     return {margin,
             list_touches(lists, a, index_a, b, index_b, box_b, image, range + 2.0 * margin)};
 }

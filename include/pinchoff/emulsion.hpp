@@ -624,7 +624,7 @@ inline std::vector<double> Emulsion::state() const {
         out.push_back(number);
     for (const Film& f : films_)
         for (const double number : {static_cast<double>(f.first), static_cast<double>(f.second),
-                                    f.since, f.harmonic, f.spacing, f.clock, f.needed, f.length,
+                                    f.since, f.harmonic, f.least, f.clock, f.needed, f.length,
                                     f.longest, f.cut ? 1.0 : 0.0, f.refused ? 1.0 : 0.0})
             out.push_back(number);
     for (const Droplet& d : droplets_) {
@@ -663,7 +663,7 @@ inline void Emulsion::restore(std::span<const double> state) {
         f.first = static_cast<int>(whole());
         f.second = static_cast<int>(whole());
         for (double* value :
-             {&f.since, &f.harmonic, &f.spacing, &f.clock, &f.needed, &f.length, &f.longest})
+             {&f.since, &f.harmonic, &f.least, &f.clock, &f.needed, &f.length, &f.longest})
             *value = number();
         f.cut = number() != 0.0;
         f.refused = number() != 0.0;

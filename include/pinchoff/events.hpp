@@ -237,11 +237,10 @@ inline Finding Island::look_at_touches(Look& look) const {
         }
         const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
                                         look.droplets[j].survey.box, pair.image);
-        const double depth = room.touching.depth;
-        if (depth > limit_of(Guard::overlap) * touch_of(a, b).length && found.guard == Guard::none)
-            found.refuse(Guard::overlap, depth, a.mass <= b.mass ? i : j);
-        if (world_->coalescence.follows && i != j && room.touching.facing > 0.0)
-            look.facings.push_back({i, j, room.touching.facing});
+        if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
+            found.guard == Guard::none)
+            found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
+        if (world_->coalescence.follows && i != j) measure_facing(look, pair);
         allowed = std::min(allowed, room.allowed);
     }
     return found;

@@ -32,7 +32,7 @@ struct Film {
     int first, second;    // their numbers, the lower one first
     double since = 0;     // when it began, t0
     double harmonic = 1;  // D_h, D0
-    double spacing = 0;   // of their vertices, D0: no shorter length is told apart
+    double least = 0;     // the length that two round droplets in touch face each other with, D0
     double clock = 0;     // C
     double needed = 1;    // the clock at which they merge
     double length = 0;    // L at the last look, D0
@@ -46,9 +46,15 @@ inline bool earlier(const Film& a, const Film& b) {
     return a.first != b.first ? a.first < b.first : a.second < b.second;
 }
 
+/// Length over which two circles that touch are within a vertex spacing of each other. Droplets
+/// that face each other with less have not been pressed yet.
+inline double least_length(double spacing, double harmonic) {
+    return std::sqrt(2.0 * spacing * harmonic);
+}
+
 /// 1/t_d.
 inline double draining_rate(const Film& film, const Coalescence& how) {
-    const double length = std::max(film.length, film.spacing);
+    const double length = std::max(film.length, film.least);
     return film.harmonic / (how.film_time * length * length);
 }
 

@@ -131,30 +131,16 @@ inline Joined join(const Shape& a, const Shape& b, double within, int count) {
     return joined;
 }
 
-/// How thin an outline is at its bridge, which is between vertex 0 and another: the shortest chord
-/// near it that could be cut, a quarter of the smaller side being near it. Infinite from a
-/// threshold on.
-inline double bridge_thickness(Outline r, int bridge, Separation separation, double threshold) {
-    const int n = static_cast<int>(r.size()), reach = std::min(bridge, n - bridge) / 4;
-    std::vector<double> arc(n + 1, 0.0);
-    for (int i = 0; i < n; ++i) {
-        const Vec2 e = next_vertex(r, i) - r[i];
-        arc[i + 1] = arc[i] + std::sqrt(dot(e, e));
-    }
-    const double least_arc = separation.fraction * arc[n] + separation.length;
-    double thinnest2 = threshold * threshold;
-    bool found = false;
-    for (int p = -reach; p <= reach; ++p)
-        for (int q = bridge - reach; q <= bridge + reach; ++q) {
-            const int i = (p + n) % n, j = q % n;
-            const Vec2 chord = r[j] - r[i];
-            if (!(dot(chord, chord) < thinnest2)) continue;
-            const double one = std::fabs(arc[j] - arc[i]);
-            if (!(std::min(one, arc[n] - one) > least_arc) || !chord_inside(r, i, j)) continue;
-            thinnest2 = dot(chord, chord);
-            found = true;
-        }
-    return found ? std::sqrt(thinnest2) : std::numeric_limits<double>::infinity();
+/// Whether a neck of an outline of n vertices is at its bridge, which is between vertex 0 and
+/// another: its ends are no further from these than a quarter of the smaller side.
+inline bool at_bridge(const Neck& neck, int bridge, int n) {
+    const int reach = std::min(bridge, n - bridge) / 4;
+    const auto away = [n](int i, int j) {
+        const int steps = std::abs(i - j);
+        return std::min(steps, n - steps);
+    };
+    return (away(neck.first, 0) <= reach && away(neck.second, bridge) <= reach) ||
+           (away(neck.second, 0) <= reach && away(neck.first, bridge) <= reach);
 }
 
 }  // namespace pinchoff

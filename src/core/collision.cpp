@@ -289,7 +289,7 @@ static nb::tuple touches_of(Row row, Points one, Points other, double diameter_o
     nb::list list;
     for (const DropletContact& c : lists.touches)
         list.append(nb::make_tuple(c.vertex, c.first_edge, c.edge_count));
-    return nb::make_tuple(room.allowed, room.touching.depth, list);
+    return nb::make_tuple(room.allowed, room.depth, list);
 }
 
 /// For tests: all contacts that an island lists, and how far its vertices may then move.
