@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.progress import progress_bar
@@ -62,32 +62,33 @@ def emulsion(
         from pinchoff.video.writing import require_video_extra
 
         require_video_extra("--movie")
-    if overwrite:
-        for pattern in _PIECES:  # the checkpoint first: it counts on the others
-            for path in folder.glob(pattern):
-                path.unlink()
-    shown = sys.stderr.isatty()
-    with going_on_with(out):
-        with progress_bar(shown, "flow", None, unit="iterations") as show:
-            flow = design.flow(show)
-        run = design.run(flow, folder, threads=workers, progress=shown)
-    residence = None if design.inlet else design.array.length / flow.mean_velocity[0]
-    study = study_sizes(run.sizes, run.events, residence_time=residence)
-    trust = None
-    if design.settings["outlines"]:
-        spacing = 3.1416 / run.parameters.vertex_count
-        sampled = flow.sampled(pad=2.0)
-        trust = measure_trust(run.outline_pieces(), design.array, sampled, study.start, spacing)
-    emulsion_page(design, run, study, trust).write(folder / PAGE)
-    report = _report(study) | {"time": run.time, "balance": run.balance}
-    report["trust"] = jsonable(vars(trust)) if trust else None
-    write_json(folder / RESULTS, report)
-    if movie and run.outlines is not None:
-        from pinchoff.figures.movie import write_movie
+    with results_in(folder):
+        if overwrite:
+            for pattern in _PIECES:  # the checkpoint first: it counts on the others
+                for path in folder.glob(pattern):
+                    path.unlink()
+        shown = sys.stderr.isatty()
+        with going_on_with(out):
+            with progress_bar(shown, "flow", None, unit="iterations") as show:
+                flow = design.flow(show)
+            run = design.run(flow, folder, threads=workers, progress=shown)
+        residence = None if design.inlet else design.array.length / flow.mean_velocity[0]
+        study = study_sizes(run.sizes, run.events, residence_time=residence)
+        trust = None
+        if design.settings["outlines"]:
+            spacing = 3.1416 / run.parameters.vertex_count
+            sampled = flow.sampled(pad=2.0)
+            trust = measure_trust(run.outline_pieces(), design.array, sampled, study.start, spacing)
+        emulsion_page(design, run, study, trust).write(folder / PAGE)
+        report = _report(study) | {"time": run.time, "balance": run.balance}
+        report["trust"] = jsonable(vars(trust)) if trust else None
+        write_json(folder / RESULTS, report)
+        if movie and run.outlines is not None:
+            from pinchoff.figures.movie import write_movie
 
-        write_movie(folder / MOVIE, run.outlines)
-    files = [folder / name for name in (PAGE, RESULTS, MOVIE)]
-    announce(report, lambda: _print(study), files, as_json=as_json)
+            write_movie(folder / MOVIE, run.outlines)
+        files = [folder / name for name in (PAGE, RESULTS, MOVIE)]
+        announce(report, lambda: _print(study), files, as_json=as_json)
 
 
 def _report(study: SizeStudy) -> dict[str, Any]:
