@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
@@ -70,21 +70,22 @@ def emulsion(
         if not design.settings["outlines"]:
             advice = "write outlines = true, which is the default, and run again"
             raise InputError.of("--movie", "left out where outlines are not kept", "it", advice)
-    if overwrite:
-        for pattern in _PIECES:  # the checkpoint first: it counts on the others
-            for path in folder.glob(pattern):
-                path.unlink()
-    shown = sys.stderr.isatty()
-    with going_on_with(out):
-        with progress_bar(shown, "flow", None, unit="iterations") as show:
-            flow = design.flow(show)
-        run = design.run(flow, folder, threads=workers, progress=shown)
-    files = _write(design, flow, run, folder, workers)
-    if movie:
-        _write_movie(design, run, folder, shown)
-        files.append(folder / MOVIE)
-    study = design.study(run, flow)
-    announce(_report(study, run), lambda: _print(study), files, as_json=as_json)
+    with results_in(folder):
+        if overwrite:
+            for pattern in _PIECES:  # the checkpoint first: it counts on the others
+                for path in folder.glob(pattern):
+                    path.unlink()
+        shown = sys.stderr.isatty()
+        with going_on_with(out):
+            with progress_bar(shown, "flow", None, unit="iterations") as show:
+                flow = design.flow(show)
+            run = design.run(flow, folder, threads=workers, progress=shown)
+        files = _write(design, flow, run, folder, workers)
+        if movie:
+            _write_movie(design, run, folder, shown)
+            files.append(folder / MOVIE)
+        study = design.study(run, flow)
+        announce(_report(study, run), lambda: _print(study), files, as_json=as_json)
 
 
 def _write(

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -28,6 +29,7 @@ from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.folders import held_folder
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -259,7 +261,13 @@ def simulate_emulsion(
     record = scene.record() | settings | {"interval": per_frame * WINDOW}
     folder = None if out is None else EmulsionFolder(Path(out), record, scene.circles, outlines)
     result = Emulsion(parameters=parameters, _folder=folder)
-    with progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show:
+    with (
+        ExitStack() as held,
+        progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show,
+    ):
+        if folder is not None:
+            held.enter_context(held_folder(folder.path))
+            held.enter_context(folder)
         _run(run, windows, per_frame, frames_per_piece, result, on_frame, resume, show)
     return result
 
