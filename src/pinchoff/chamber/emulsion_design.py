@@ -21,7 +21,12 @@ from scipy.spatial import cKDTree
 from pinchoff.model import arrays
 from pinchoff.model.arrangement import start_clearance
 from pinchoff.model.arrays import Floats, PillarArray
-from pinchoff.model.emulsion import Inlet, emulsion_parameters, simulate_emulsion
+from pinchoff.model.emulsion import (
+    Coalescence,
+    Inlet,
+    emulsion_parameters,
+    simulate_emulsion,
+)
 from pinchoff.model.parameters import Parameters
 from pinchoff.studies.emulsion_sizes import SizeStudy, study_sizes
 from pinchoff.studies.isolated_pillar import isolated_pillar
@@ -50,7 +55,7 @@ _KINDS: dict[str, Callable[..., PillarArray]] = {
 _LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _RUN = {"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0, "seed": 0, "outlines": True}
 _STOP = "stop_when_steady"
-_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets")
+_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
 _PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
 STRETCHES = 20
 """After each of these parts of a run it is looked whether sizes are steady, if that may end it."""
@@ -81,6 +86,8 @@ class EmulsionDesign:
     inlet : Inlet or None
     droplets : ndarray, shape (K, 3)
         Those that are there at the start.
+    coalescence : Coalescence or None
+        None: droplets do not merge.
     settings : dict
         Of `pinchoff.simulate_emulsion`: interval, smallest_breaking, checkpoint, seed, outlines.
     stop_when_steady : bool
@@ -95,6 +102,7 @@ class EmulsionDesign:
     time: float
     inlet: Inlet | None
     droplets: Floats
+    coalescence: Coalescence | None = None
     settings: dict[str, Any] = field(default_factory=dict)
     stop_when_steady: bool = False
 
@@ -124,7 +132,8 @@ class EmulsionDesign:
             if wanted, the ``path`` of a device's file; ``before`` and ``behind``), ``flow``
             (``thickness``,
             ``mean_speed`` or ``pressure_gradient``), ``parameters``, and ``inlet`` or
-            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``). With ``physical``
+            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``), and ``coalescence``
+            (the arguments of `pinchoff.Coalescence`) where droplets merge. With ``physical``
             (diameter, speed, viscosity, surface_tension) lengths of the other tables may have
             units.
         beside : Path, optional
@@ -156,7 +165,7 @@ class EmulsionDesign:
             if name not in tables:
                 raise InputError.of(name, "a table", "nothing", f"write [{name}]")
         diameter_um = _diameter_um(tables)
-        for name in tables.keys() - {"parameters", "physical"}:
+        for name in tables.keys() - {"parameters", "physical", "coalescence"}:
             tables[name] = _in_diameters(name, tables[name], diameter_um)
         seed = checked_whole("seed", config.get("seed", 0), "use 0", low=0)
         array = _array(tables["array"], beside or Path(), diameter_um)
@@ -184,6 +193,7 @@ class EmulsionDesign:
             checked_positive("time", config.get("time"), "give it in t0"),
             _inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
             _droplets(tables.get("droplets"), array, parameters, seed),
+            _coalescence(tables["coalescence"]) if "coalescence" in tables else None,
             {**_RUN, **{name: config[name] for name in _RUN if name in config}},
             bool(config.get(_STOP, False)),
         )
@@ -210,7 +220,7 @@ class EmulsionDesign:
         **options
             Of `pinchoff.simulate_emulsion`: threads and progress.
         """
-        sampled = flow.sampled(pad=_PAD)
+        sampled = flow.sampled(pad=_PAD, periodic=self.periodic)
         if not self.stop_when_steady:
             return self._run_until(self.time, sampled, out, options)
         run = self._run_until(self.time / STRETCHES, sampled, out, options)
@@ -242,6 +252,7 @@ class EmulsionDesign:
             periodic=self.periodic,
             inlet=self.inlet,
             outlet=None if self.inlet is None else self.array.length,
+            coalescence=self.coalescence,
             out=out,
             resume=True,
             **self.settings,
@@ -403,6 +414,14 @@ def _inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: PillarAr
             advice = "give the free fluid before and behind the array, such as 3"
             raise InputError.of(f"array.{name}", "positive beside an inlet", 0, advice)
     return Inlet(**{"x": 0.0, "bottom": 0.0, "top": array.width, **table})
+
+
+def _coalescence(table: Mapping[str, Any]) -> Coalescence:
+    _require_known("coalescence", table, tuple(inspect.signature(Coalescence).parameters))
+    if "drainage" not in table:
+        advice = "write K, or inf where contacts are only recorded"
+        raise InputError.of("coalescence.drainage", "given", "nothing", advice)
+    return Coalescence(**table)
 
 
 def _droplets(

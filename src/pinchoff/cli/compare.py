@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, refuse_results, results_folder
+from pinchoff.cli.folders import results_folder, results_in
 from pinchoff.cli.options import OutFolder, Overwrite, named_as_options
 from pinchoff.cli.output import write_json
 
@@ -44,16 +44,15 @@ def compare(
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
-    refuse_results(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    with (
-        named_as_options(collision_id="--collision"),
-        progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
-    ):
-        found = compare_collision(clip, collision, progress=show)
-    prepare_folder(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    write_comparison(folder / _PICTURE, found)
-    numbers = found.to_dict()
-    write_json(folder / _NUMBERS, numbers)
+    with results_in(folder, (_PICTURE, _NUMBERS), overwrite=overwrite):
+        with (
+            named_as_options(collision_id="--collision"),
+            progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
+        ):
+            found = compare_collision(clip, collision, progress=show)
+        write_comparison(folder / _PICTURE, found)
+        numbers = found.to_dict()
+        write_json(folder / _NUMBERS, numbers)
     print(f"filmed {numbers['measured_outcome']}, simulated {numbers['simulated_outcome']}")
     print(f"centre of mass: root mean square distance {found.position_rms_um:.1f} µm")
     print(f"shape parameter: root mean square difference {found.shape_rms:.3f}")

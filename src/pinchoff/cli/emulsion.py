@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
@@ -74,15 +74,15 @@ def emulsion(
     designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
     if movie:
         _require_movie(designs)
-    if overwrite:
-        for place in [folder / one.folder for one in varied] or [folder]:
-            _remove(place)
-    with going_on_with(out):
+    with results_in(folder), going_on_with(out):
+        if overwrite:
+            for place in [folder / one.folder for one in varied] or [folder]:
+                _remove(place)
         if varied:
             _sweep(varied, folder, workers, movie, as_json)
             return
         made = _make(designs[0], folder, workers, movie)
-    announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
+        announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
 
 
 def _require_movie(designs: Sequence[EmulsionDesign]) -> None:

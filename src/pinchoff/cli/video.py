@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.assignments import read_value, read_values
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OutFolder, flag_of
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
@@ -187,15 +187,14 @@ def video(
     settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
     if preview:
-        prepare_folder(folder)
-        _preview(clips, folder, settings)
+        with results_in(folder):
+            _preview(clips, folder, settings)
         return
     from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import clip_sources, measure_videos
 
     _describe(clip_sources(clips), settings)
-    prepare_folder(folder)
-    try:
+    with results_in(folder), going_on_with(out):
         result = measure_videos(
             clips,
             folder,
@@ -204,11 +203,8 @@ def video(
             processes=workers,
             progress=sys.stderr.isatty(),
         )
-    except KeyboardInterrupt:
-        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-        raise
-    _tell_problems(result)
-    _announce(result, write_report(result))
+        _tell_problems(result)
+        _announce(result, write_report(result))
 
 
 def video_settings(
