@@ -52,7 +52,6 @@ _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for th
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
-    add_completion=False,
     rich_markup_mode="rich",
 )
 _COMMANDS = {

@@ -51,6 +51,18 @@ _VERDICTS: dict[Kind, tuple[Verdict, Verdict]] = {
 }
 
 
+TONES: dict[Verdict, Literal["good", "bad", "odd"]] = {
+    "agrees": "good",
+    "recovered": "good",
+    "follows": "good",
+    "differs": "bad",
+    "not recovered": "bad",
+    "does not follow": "bad",
+    "misprint": "odd",
+}
+"""How a page marks each verdict."""
+
+
 def verdict_of(kind: Kind, same: bool) -> Verdict:
     """Return what may be said of a number that is, or is not, the paper's.
 

@@ -269,6 +269,9 @@ def measure_to_folder(
 def _reason(source: Path, error: Exception) -> str:
     if isinstance(error, InputError):
         return str(error)
+    if isinstance(error, FileNotFoundError) and not source.exists():
+        rule, advice = "a clip that is there", "check its name"
+        return str(InputError.of(str(source), rule, "no such file", advice))
     got = " ".join(f"{type(error).__name__}: {error}".split())
     advice = "see whether a player or Fiji opens it, and save it anew from there"
     return str(InputError.of(str(source), "a clip that can be measured", got, advice))
