@@ -163,6 +163,7 @@ def test_streamlines_follow_the_flow_round_the_obstacle(broken):
     middles = np.concatenate([(curve[1:] + curve[:-1]) / 2 for curve in curves])
     steps = np.concatenate([np.diff(curve, axis=0) for curve in curves])
     outside = np.hypot(*middles.T) > 1.3 * broken.parameters.obstacle_radius
+    outside &= np.hypot(*steps.T) > 1e-9
     along = flow.velocity(middles[outside])
     cosine = (along * steps[outside]).sum(axis=1) / (
         np.hypot(*along.T) * np.hypot(*steps[outside].T)

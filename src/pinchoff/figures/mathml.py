@@ -15,6 +15,7 @@ _TOKEN = re.compile(
     r"\s+|\d+(?:\.\d+)?|[^\W\d_][\u0300-\u036f]?[^\W\d_]*[0-9]*|[-−+=<>≤≥≈∝,;:·×√|∞%^_/()]"
 )
 _OPERATORS = {"-": "−"}
+_THIN = '<mspace width="0.17em"></mspace>'
 _CLOSER = {"/": "^_", "^": "_"}  # what binds more closely
 
 
@@ -42,7 +43,7 @@ def formula(text: str, *, display: bool = False) -> str:
     Examples
     --------
     >>> formula("x^(1/w)")
-    '<math><msup><mi>x</mi><mrow><mfrac><mn>1</mn><mi>w</mi></mfrac></mrow></msup></math>'
+    '<math><msup><mi>x</mi><mrow><mn>1</mn><mo>/</mo><mi>w</mi></mrow></msup></math>'
     """
     tokens = _tokens(text)
     pieces = _row(tokens)
@@ -65,24 +66,27 @@ def _tokens(text: str) -> list[str]:
     return tokens[::-1]
 
 
-def _row(tokens: list[str]) -> list[_Piece]:
-    """Return pieces up to a closing parenthesis, which is left, or to the end."""
+def _row(tokens: list[str], small: bool = False) -> list[_Piece]:
+    """Return pieces up to a closing parenthesis, which is left, or to the end.
+
+    In small print, such as that of an exponent, a fraction stays on one line.
+    """
     pieces: list[_Piece] = []
     while tokens and tokens[-1] != ")":
-        if tokens[-1] in ("/", "^", "_"):
+        if tokens[-1] in ("^", "_") or (tokens[-1] == "/" and not small):
             sign = tokens.pop()
             if not pieces or not tokens:
                 raise ValueError(f"{sign!r} stands between two parts of a formula")
-            before, after = pieces.pop(), _piece(tokens)
+            before, after = pieces.pop(), _piece(tokens, small or sign != "/")
             pieces.append(_combined(sign, before, after, tokens))
         else:
-            pieces.append(_piece(tokens))
+            pieces.append(_piece(tokens, small))
     return pieces
 
 
 def _combined(sign: str, before: _Piece, after: _Piece, tokens: list[str]) -> _Piece:
     while tokens and tokens[-1] in _CLOSER.get(sign, ()):
-        after = _combined(tokens.pop(), after, _piece(tokens), tokens)
+        after = _combined(tokens.pop(), after, _piece(tokens, True), tokens)
     if sign == "/":
         made = f"<mfrac>{before.bare}{after.bare}</mfrac>"
     else:
@@ -91,15 +95,17 @@ def _combined(sign: str, before: _Piece, after: _Piece, tokens: list[str]) -> _P
     return _Piece(made, made)
 
 
-def _piece(tokens: list[str]) -> _Piece:
+def _piece(tokens: list[str], small: bool) -> _Piece:
     """Take one letter, number, operator or group."""
     token = tokens.pop()
     if token == "(":
-        inside = _joined(_row(tokens))
+        inside = _joined(_row(tokens, small))
         if not tokens:
             raise ValueError("a parenthesis has no partner")
         tokens.pop()
-        return _Piece(f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>", f"<mrow>{inside}</mrow>")
+        stretch = "" if "<mfrac>" in inside else ' stretchy="false"'
+        left, right = (f"<mo{stretch}>{sign}</mo>" for sign in "()")
+        return _Piece(f"<mrow>{left}{inside}{right}</mrow>", f"<mrow>{inside}</mrow>")
     if token[0].isdigit():
         made = f"<mn>{token}</mn>"
     elif token[0].isalpha():
@@ -110,4 +116,9 @@ def _piece(tokens: list[str]) -> _Piece:
 
 
 def _joined(pieces: list[_Piece]) -> str:
-    return "".join(piece.shown for piece in pieces)
+    """Return the pieces in a row, with a thin space between factors."""
+    shown = [piece.shown for piece in pieces]
+    for k in range(len(shown) - 1, 0, -1):
+        if not any(part.startswith("<mo>") for part in shown[k - 1 : k + 1]):
+            shown.insert(k, _THIN)
+    return "".join(shown)
