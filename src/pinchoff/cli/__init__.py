@@ -181,7 +181,7 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
 
 
 def _given_to(option: str, given: Sequence[str]) -> str:
-    """Return what stands behind an option."""
+    """Return the value that follows an option."""
     for k, text in enumerate(given):
         if text.startswith(f"{option}="):
             return text.partition("=")[2]

@@ -136,7 +136,7 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file, with what the command line says in place of it.
+    """Return the device of a file; the command line overrides it.
 
     Raises
     ------

@@ -64,7 +64,7 @@ def emulsion(
 
         require_video_extra("--movie")
     if overwrite:
-        for pattern in _PIECES:  # the checkpoint first: it counts on the others
+        for pattern in _PIECES:  # the checkpoint first, because it refers to the other files
             for path in folder.glob(pattern):
                 path.unlink()
     shown = sys.stderr.isatty()

@@ -72,7 +72,7 @@ def refuse_results(
     overwrite: bool,
     held: Callable[[Path], str] | None = None,
 ) -> None:
-    """Refuse a folder that holds results which may not be replaced; the first part of the above.
+    """Refuse a folder that holds results which may not be replaced.
 
     Raises
     ------

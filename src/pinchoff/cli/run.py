@@ -144,7 +144,7 @@ def run(
     prepare_folder(
         folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
     )
-    remove_results(folder, _FILES)  # before: the outlines are written while it runs
+    remove_results(folder, _FILES)  # first, because the outlines are written during the run
     from pinchoff.figures.snapshots import write_snapshots
     from pinchoff.model.collision_report import collision_report
     from pinchoff.model.flow import stokes

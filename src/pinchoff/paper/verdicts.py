@@ -64,7 +64,7 @@ TONES: dict[Verdict, Literal["good", "bad", "odd"]] = {
 
 
 def verdict_of(kind: Kind, same: bool) -> Verdict:
-    """Return what may be said of a number that is, or is not, the paper's.
+    """Return the verdict on a number that agrees, or does not agree, with the paper.
 
     Examples
     --------
@@ -156,7 +156,7 @@ def plain(
     unit: str = "",
     factor: float = 1.0,
 ) -> Number:
-    """Compare two numbers that are the same within a factor, for what the paper rounds."""
+    """Compare two numbers within a factor, which allows for the paper's rounding."""
     ratio = ours / known
     same = ratio > 0 and max(ratio, 1 / ratio) <= factor + 1e-9
     shown = f"{four_digits(ours)}{unit}"

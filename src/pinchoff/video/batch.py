@@ -228,7 +228,7 @@ def _frame_count(jobs: Sequence[Job]) -> int | None:
     for job in jobs:
         try:
             count = clip_of(job.source, job.settings).frame_count
-        except Exception:  # whatever is wrong with it is told when its turn comes
+        except Exception:  # an error in it is reported when it is read
             continue
         if count is None:
             return None
