@@ -445,18 +445,33 @@ def test_what_nobody_foresaw_ends_in_one_line(monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "code", "said"),
     [
-        (OSError(errno.ENOSPC, "No space left", "x.gsd"), "x.gsd: No space left; make room"),
-        (OSError(errno.ENAMETOOLONG, "File name too long"), "too long; choose a shorter name"),
-        (RuntimeError("can't start new thread"), "no further thread could be started; allow"),
-        (MemoryError(), "no memory is left"),
+        (OSError(errno.ENOSPC, "No space left", "x.gsd"), 1, "x.gsd must be on a disk with room"),
+        (OSError(errno.EFBIG, "File too large"), 1, "make room and give the same command again"),
+        (OSError(errno.ENAMETOOLONG, "File name too long"), 2, "'File name too long'; choose a"),
+        (OSError(errno.EROFS, "Read-only file system", "a"), 2, "a must be one that you may write"),
+        (OSError(errno.EIO, "Input/output error", "a"), 1, "see whether its disk is in order"),
+        (RuntimeError("can't start new thread"), 1, "(ulimit -u), or lower --workers"),
     ],
 )
-def test_what_the_system_refuses_comes_with_advice(monkeypatch, tmp_path, capsys, error, said):
+def test_what_the_system_refuses_comes_with_advice(
+    monkeypatch, tmp_path, capsys, error, code, said
+):
     def refusing(*_, **__):
         raise error
 
     monkeypatch.setattr("pinchoff.model.simulation._core.System", refusing)
+    assert main(["run", "--out", str(tmp_path / "out")]) == code
+    message = capsys.readouterr().err
+    assert said in message
+    assert FORM.search(message)
+
+
+def test_no_memory_is_said(monkeypatch, tmp_path, capsys):
+    def refusing(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("pinchoff.model.simulation._core.System", refusing)
     assert main(["run", "--out", str(tmp_path / "out")]) == 1
-    assert said in capsys.readouterr().err
+    assert "no memory is left" in capsys.readouterr().err

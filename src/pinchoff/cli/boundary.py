@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_list, read_pairs
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     CONSTANTS,
     AsJson,
@@ -108,15 +108,15 @@ def boundary(
         scan_number = int(scan_number)
     folder = results_folder(out)
     base, _ = configuration(config, preset, model)
-    prepare_folder(folder, _FILES, overwrite=overwrite)
-    started = time.perf_counter()
-    line = _found(base, vary, width_number, scan_number)
-    from pinchoff.studies.boundary.report import boundary_report
+    with results_in(folder, _FILES, overwrite=overwrite):
+        started = time.perf_counter()
+        line = _found(base, vary, width_number, scan_number)
+        from pinchoff.studies.boundary.report import boundary_report
 
-    report, fit = boundary_report(line, time.perf_counter() - started)
-    remove_results(folder, _FILES)
-    paths = _write(line, fit, report, folder)
-    announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
+        report, fit = boundary_report(line, time.perf_counter() - started)
+        remove_results(folder, _FILES)
+        paths = _write(line, fit, report, folder)
+        announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
 
 
 def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, list[Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
@@ -106,15 +106,15 @@ def calibrate(
     folder = results_folder(out)
     aim, constants = _target(target), _bounds(free) if free else None
     base, _ = configuration(config, preset, model)
-    prepare_folder(folder)
-    if overwrite:
-        remove_results(folder, _FILES)
-    started = time.perf_counter()
-    options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
-    found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
-    report = _report(found, time.perf_counter() - started)
-    paths = _write(found, report, folder)
-    announce(report, lambda: _print(found, report), paths, as_json=as_json)
+    with results_in(folder):
+        if overwrite:
+            remove_results(folder, _FILES)
+        started = time.perf_counter()
+        options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
+        found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
+        report = _report(found, time.perf_counter() - started)
+        paths = _write(found, report, folder)
+        announce(report, lambda: _print(found, report), paths, as_json=as_json)
 
 
 def _target(text: str) -> Target:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, refuse_results, results_folder
+from pinchoff.cli.folders import results_folder, results_in
 from pinchoff.cli.options import AsJson, OutFolder, Overwrite, named_as_options, option
 from pinchoff.cli.output import announce, write_json
 
@@ -48,22 +48,17 @@ def compare(
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
-    refuse_results(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    with (
-        named_as_options(collision_id="--collision"),
-        progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
-    ):
-        found = compare_collision(clip, collision, progress=show)
-    prepare_folder(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    write_comparison(folder / _PICTURE, found)
-    numbers = found.to_dict()
-    write_json(folder / _NUMBERS, numbers)
-    announce(
-        numbers,
-        lambda: _tell(numbers),
-        (folder / _PICTURE, folder / _NUMBERS),
-        as_json=as_json,
-    )
+    with results_in(folder, (_PICTURE, _NUMBERS), overwrite=overwrite):
+        with (
+            named_as_options(collision_id="--collision"),
+            progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
+        ):
+            found = compare_collision(clip, collision, progress=show)
+        write_comparison(folder / _PICTURE, found)
+        numbers = found.to_dict()
+        write_json(folder / _NUMBERS, numbers)
+    files = (folder / _PICTURE, folder / _NUMBERS)
+    announce(numbers, lambda: _tell(numbers), files, as_json=as_json)
 
 
 def _tell(numbers: Mapping[str, Any]) -> None:

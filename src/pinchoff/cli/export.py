@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import results_folder, results_in
 from pinchoff.cli.options import AsJson, OutFolder, Overwrite
 from pinchoff.cli.output import announce
 from pinchoff.support.numerals import counted
@@ -43,8 +43,10 @@ def export(
 
     folder = results_folder(out)
     clips = measured_clips(measured)
-    prepare_folder(folder, exported_names(clips), overwrite=overwrite)
-    with progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show:
+    with (
+        results_in(folder, exported_names(clips), overwrite=overwrite),
+        progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show,
+    ):
         written = []
         for done, clip in enumerate(clips, start=1):
             written += export_clip(clip, folder)

@@ -14,6 +14,7 @@ from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, flag_of, optio
 from pinchoff.cli.output import announce
 from pinchoff.cli.video import LABORATORY
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.folders import held_file
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
@@ -69,29 +70,30 @@ def film(
     from pinchoff.video.microscope import film as write_film
     from pinchoff.video.microscope import lane_scene, truth_of
 
-    refuse_files("--out", (out, truth_of(out)), overwrite=overwrite)
-    if most < 1:
-        raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
-    laboratory = _laboratory(
-        {
-            "obstacle_radius": obstacle_radius,
-            "viscosity": viscosity,
-            "surface_tension": surface_tension,
-            "thickness": thickness,
-        }
-    )
-    microscope = _microscope(look, seed)
-    passages = _passages(sweep, most, microscope, laboratory)
-    scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
-    with progress_bar(sys.stderr.isatty(), "film", frame_count, unit="frames") as show:
-        made = write_film(
-            scene,
-            out,
-            frame_count,
-            microscope=microscope,
-            laboratory=laboratory,
-            progress=None if show is None else lambda done, _: show(done),
+    with held_file(out, "--out"):
+        refuse_files("--out", (out, truth_of(out)), overwrite=overwrite)
+        if most < 1:
+            raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
+        laboratory = _laboratory(
+            {
+                "obstacle_radius": obstacle_radius,
+                "viscosity": viscosity,
+                "surface_tension": surface_tension,
+                "thickness": thickness,
+            }
         )
+        microscope = _microscope(look, seed)
+        passages = _passages(sweep, most, microscope, laboratory)
+        scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
+        with progress_bar(sys.stderr.isatty(), "film", frame_count, unit="frames") as show:
+            made = write_film(
+                scene,
+                out,
+                frame_count,
+                microscope=microscope,
+                laboratory=laboratory,
+                progress=None if show is None else lambda done, _: show(done),
+            )
     counts = {"frames": made.frame_count, "collisions": len(made.collisions)}
     said = f"{counted(made.frame_count, 'frame')}, {counted(len(made.collisions), 'collision')}"
     announce(counts, lambda: print(said), (made.clip, made.truth), as_json=as_json)

@@ -122,6 +122,7 @@ CONSTANTS = (
     "edge_stiffness",
     "area_stiffness",
     "wall_stiffness",
+    "contact_angle",
     "start_distance",
     "time_step",
     "time_limit",

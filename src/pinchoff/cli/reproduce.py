@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pinchoff.cli.folders import going_on_with, prepare_folder, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -98,12 +98,14 @@ def reproduce(
             header_row=header_row,
             encoding=encoding,
         )
-    prepare_folder(folder)
-    if overwrite:
-        remove_reproduction(folder)
-    with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
-        made = remake(folder, only=names, quick=quick, seed=seed, experiment=table, progress=show)
-    reproduction_page(made).write(folder / PAGE)
+    with results_in(folder):
+        if overwrite:
+            remove_reproduction(folder)
+        with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
+            made = remake(
+                folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
+            )
+        reproduction_page(made).write(folder / PAGE)
     announce(made.to_dict(), lambda: _print(made), [folder / PAGE], as_json=as_json)
 
 

@@ -6,10 +6,11 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     CONSTANTS,
     MODEL,
@@ -141,29 +142,28 @@ def run(
         from pinchoff.video.writing import require_video_extra
 
         require_video_extra("--movie")
-    prepare_folder(
-        folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
-    )
-    remove_results(folder, _FILES)  # first, because the outlines are written during the run
-    from pinchoff.figures.snapshots import write_snapshots
-    from pinchoff.model.collision_report import collision_report
-    from pinchoff.model.flow import stokes
+    about = partial(_description, parameters=parameters)
+    with results_in(folder, _FILES, overwrite=overwrite, held=about):
+        remove_results(folder, _FILES)  # first, because the outlines are written during the run
+        from pinchoff.figures.snapshots import write_snapshots
+        from pinchoff.model.collision_report import collision_report
+        from pinchoff.model.flow import stokes
 
-    collision = _simulated(parameters, folder / OUTLINES, interval)
-    assert collision.outlines is not None
-    flow = stokes(parameters.obstacle_radius) if streamlines else None
-    for name in pictures:
-        write_snapshots(folder / name, collision.outlines, flow)
-    films = [name for name, wanted in ((MOVIE, movie), (GIF, gif)) if wanted]
-    _film(collision.outlines, folder, films)
-    report = collision_report(collision, preset_name)
-    write_json(folder / RESULTS, report)
-    announce(
-        report,
-        lambda: print_collision(collision.to_row()),
-        (folder / name for name in _FILES),
-        as_json=as_json,
-    )
+        collision = _simulated(parameters, folder / OUTLINES, interval)
+        assert collision.outlines is not None
+        flow = stokes(parameters.obstacle_radius) if streamlines else None
+        for name in pictures:
+            write_snapshots(folder / name, collision.outlines, flow)
+        films = [name for name, wanted in ((MOVIE, movie), (GIF, gif)) if wanted]
+        _film(collision.outlines, folder, films)
+        report = collision_report(collision, preset_name)
+        write_json(folder / RESULTS, report)
+        announce(
+            report,
+            lambda: print_collision(collision.to_row()),
+            (folder / name for name in _FILES),
+            as_json=as_json,
+        )
 
 
 def _given(options: Mapping[str, str | None]) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -84,10 +84,11 @@ def sweep(
         if workers is not None and scheduler is not None:
             advice = "a cluster's workers have their own"
             raise InputError.of("threads", "left out beside --scheduler", workers, advice)
-        if overwrite:
-            remove_sweep(folder)
-        with going_on_with(out), _client(scheduler) as client:
-            result = run_sweep(design, folder, threads=workers, client=client)
+        with results_in(folder), going_on_with(out):
+            if overwrite:
+                remove_sweep(folder)
+            with _client(scheduler) as client:
+                result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
     announce(report, lambda: _print(result), (), as_json=as_json)
 

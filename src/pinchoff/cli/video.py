@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 import typer
 
 from pinchoff.cli.assignments import read_value, read_values
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, flag_of, option, switch
 from pinchoff.cli.output import announce, jsonable
 from pinchoff.support.errors import InputError
@@ -176,15 +176,14 @@ def video(
     settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
     if preview:
-        prepare_folder(folder)
-        _preview(clips, folder, settings)
+        with results_in(folder):
+            _preview(clips, folder, settings)
         return
     from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import clip_sources, measure_videos
 
     _describe(clip_sources(clips), settings, sys.stderr if as_json else sys.stdout)
-    prepare_folder(folder)
-    try:
+    with results_in(folder), going_on_with(out):
         result = measure_videos(
             clips,
             folder,
@@ -193,12 +192,9 @@ def video(
             processes=workers,
             progress=sys.stderr.isatty(),
         )
-    except KeyboardInterrupt:
-        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-        raise
-    _tell_problems(result)
-    written = [result.path / "collisions.parquet", *write_report(result)]
-    announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
+        _tell_problems(result)
+        written = [result.path / "collisions.parquet", *write_report(result)]
+        announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
 
 
 def video_settings(

@@ -45,6 +45,9 @@ _BUTTONS = {
 Progress = Callable[[int, int], object]
 """What is called with the frames done and the frames in all."""
 
+Progress = Callable[[int, int], object]
+"""What is called with the frames done and the frames in all."""
+
 
 def write_movie(
     path: str | os.PathLike[str],
