@@ -85,7 +85,7 @@ class Reproduction:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return settings, numbers and what figures there are, fit for JSON."""
+        """Return settings, numbers and the figures that exist, ready for JSON."""
         return {
             **self.settings,
             "figures": [made.figure.name for made in self.figures],

@@ -68,7 +68,7 @@ _FIRST_STEP = 0.15  # in parts of the bounds
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Drawable):
-    """Constants with which the simulated line is nearest to a target, and how firmly.
+    """The constants that bring the simulated line nearest to a target, and their sensitivities.
 
     Attributes
     ----------
