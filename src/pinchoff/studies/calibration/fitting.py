@@ -26,7 +26,7 @@ from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.progress import progress_bar, wanted_progress
 
