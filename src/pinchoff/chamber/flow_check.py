@@ -302,7 +302,7 @@ def _spread(speeds: Floats, parts: int, axis: int) -> float:
 
 
 def _mass_error(check: FlowCheck) -> float:
-    """Return the greatest relative difference of the flow through sections and what comes in."""
+    """Return the largest relative difference between the flow through a section and the inflow."""
     chamber, at = check.chamber, check.chamber.layout.stations
     operation = chamber.operation
     total = operation.oil_rate_uL_min + operation.water_rate_uL_h / 60.0
