@@ -81,12 +81,12 @@ def _opened(source: Path, *, with_values: bool) -> Any:
 
 def _chosen(book: Any, source: Path, sheet: str | None) -> str:
     """Return the name of the sheet that is meant; say which, where there is a choice."""
-    names = [each.title for each in book.worksheets]
+    names = [page.title for page in book.worksheets]
     if sheet is not None:
         if sheet not in names:
             raise unknown_name("sheet", f"a sheet of {source.name}", sheet, names)
         return sheet
-    tables = [each.title for each in book.worksheets if _holds_table(each)]
+    tables = [page.title for page in book.worksheets if _holds_table(page)]
     chosen = (tables or names)[0]
     if len(names) > 1:
         others = ", ".join(repr(name) for name in names if name != chosen)

@@ -96,9 +96,9 @@ def _film_of(outlines: Outlines, row: dict[str, Any]) -> dict[str, Any] | None:
         since = (time - row["contact_time_s"]) / unit_s
         if since < -_BEFORE or time > last + _AFTER * unit_s:
             continue
-        shown = [along_flow(o.vertices, row) / diameter * mirror for o in outlines[k]]
+        vertices = [along_flow(o.vertices, row) / diameter * mirror for o in outlines[k]]
         times.append(since)
-        frames.append([o for o in shown if np.hypot(*o.T).min() < _NEAR])
+        frames.append([o for o in vertices if np.hypot(*o.T).min() < _NEAR])
     if not any(frames):
         return None
     return _packed(times, frames, row["obstacle_radius_um"] / diameter)

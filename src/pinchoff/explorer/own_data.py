@@ -76,12 +76,12 @@ def own_data(
             words += more
     else:
         frame, words = _thinned(*_of_table(place, own))
-    shown = [c for c in frame.columns if c not in _HIDDEN and frame[c].notna().any()]
+    names = [c for c in frame.columns if c not in _HIDDEN and frame[c].notna().any()]
     return {
         "title": place.resolve().name,
         "words": words,
-        "columns": [_described(frame, name) for name in shown],
-        "values": {name: _values(frame[name]) for name in shown},
+        "columns": [_described(frame, name) for name in names],
+        "values": {name: _values(frame[name]) for name in names},
         "films": films,
         "thumbnails": thumbnails,
         "lines": lines,

@@ -238,13 +238,13 @@ def simulate_many(
     recorded = _Recorder(outlines, flow)
     total = len(given) if isinstance(given, Sized) else None
     parts: list[dict[str, NDArray[Any]]] = []
-    said: set[str] = set()
+    given_names: set[str] = set()
     done = 0
     with progress_bar(wanted_progress(progress), "collisions", total, unit="runs") as show:
         for raw in _chunks(given):
             ids = range(done, done + len(raw))
             chunk = [as_parameters(one, number) for number, one in zip(ids, raw, strict=True)]
-            said = said.union(*(p.model_fields_set for p in chunk))
+            given_names = given_names.union(*(p.model_fields_set for p in chunk))
             parts.append(
                 run_batch(
                     chunk,
@@ -257,7 +257,7 @@ def simulate_many(
             )
             recorded.record(ids, chunk)
             done += len(chunk)
-    table = schema.table(parts, _varied(parts, said))
+    table = schema.table(parts, _varied(parts, given_names))
     warn_of_failures(int((table["outcome"] == "failed").sum()), done)
     if not all_columns:
         unknown = [name for name in _LABORATORY_COLUMNS if table[name].isna().all()]

@@ -154,7 +154,7 @@ def reproduce(
             if name == NUMBERS:
                 found, took = _numbers(study, folder)
             else:
-                figure = next(each for each in FIGURES if each.name == name)
+                figure = next(figure for figure in FIGURES if figure.name == name)
                 absent = _absent(figure.extra)
                 if absent:
                     left_out[name] = (
@@ -201,13 +201,13 @@ def _settings(seed: int, quick: bool, experiment: ImportedCollisions | None) -> 
 
 def _require_same(folder: Path, settings: dict[str, Any]) -> None:
     try:
-        there = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
+        recorded = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
     except FileNotFoundError:
         return
     except (OSError, ValueError):
-        there = None
-    if there != settings:
-        differ = [key for key, value in settings.items() if (there or {}).get(key) != value]
+        recorded = None
+    if recorded != settings:
+        differ = [key for key, value in settings.items() if (recorded or {}).get(key) != value]
         got = f"{folder} ({', '.join(differ)} differ)"
         rule = "a folder without a reproduction of other settings"
         raise InputError.of("out", rule, got, "choose another folder, or remove this one")
@@ -250,7 +250,7 @@ def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
         with written_aside(record) as unfinished:
             unfinished.write_text(_json(made), encoding="utf-8")
     made = json.loads(record.read_text(encoding="utf-8"))
-    return [Number(**_known(each)) for each in made["numbers"]], made["seconds"]
+    return [Number(**_known(record)) for record in made["numbers"]], made["seconds"]
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:

@@ -79,8 +79,8 @@ def _breakup_moments(contact: int, breakup: int) -> list[Moment]:
 
 
 def _slip_moments(table: pd.DataFrame, contact: int, after: int) -> list[Moment]:
-    shown = table[table["frame"].between(contact, after)]
-    most = int(shown["frame"].to_numpy()[shown["shape_parameter"].argmax()])
+    touching = table[table["frame"].between(contact, after)]
+    most = int(touching["frame"].to_numpy()[touching["shape_parameter"].argmax()])
     return [
         Moment((contact + most) // 2, "deformation"),
         Moment(most, "most deformed"),

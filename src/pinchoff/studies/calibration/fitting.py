@@ -231,10 +231,10 @@ def calibrate(
             settings=_settings(aim, model, bounds, points, width, scan),
             path=None if out is None else Path(out) / LOG,
         )
-        shown = wanted_progress(progress)
+        with_bar = wanted_progress(progress)
         pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
         total = 1 + evaluations + len(pairs) * grid**2
-        with progress_bar(shown, "evaluations", total) as show:
+        with progress_bar(with_bar, "evaluations", total) as show:
             evaluator.on_evaluation = show
             start = evaluator(_values_of(bounds, model))
             best, converged = _search(evaluator, bounds, start, evaluations)

@@ -101,14 +101,14 @@ def sweep(
     design = _design(config)
     path = Path(out)
     workers = _workers(threads, client)
-    shown = wanted_progress(progress)
-    _check(design, path, shown)
+    with_bar = wanted_progress(progress)
+    _check(design, path, with_bar)
     failed = 0
     with opened(path, design) as dataset:
         missing = dataset.missing_parts()
         rows = sum(len(dataset.rows_of(part)) for part in missing)
         start = dataset.count - rows
-        with progress_bar(shown, "collisions", dataset.count, start=start, unit="runs") as show:
+        with progress_bar(with_bar, "collisions", dataset.count, start=start, unit="runs") as show:
             if client is None:
                 parts = _on_threads(design, dataset, missing, workers, show)
             else:

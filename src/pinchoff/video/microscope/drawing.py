@@ -198,21 +198,21 @@ def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Wi
     low = np.floor(outline.min(axis=0)).astype(int) - _MARGIN
     high = np.ceil(outline.max(axis=0)).astype(int) + _MARGIN + 1
     width, height = (high - low).tolist()
-    fine = np.zeros((height * OVERSAMPLING, width * OVERSAMPLING), dtype=np.uint8)
+    inside_finely = np.zeros((height * OVERSAMPLING, width * OVERSAMPLING), dtype=np.uint8)
     # Pixel k spans k - 1/2 to k + 1/2; finer pixels likewise, hence the halves.
     points = (outline - low + 0.5) * OVERSAMPLING - 0.5
     fixed = [np.rint(points * (1 << _FRACTION_BITS)).astype(np.int32)]
     # OpenCV fills all finer pixels that the outline runs through: half of each is outside.
-    cv2.fillPoly(fine, fixed, 255, shift=_FRACTION_BITS)
-    cv2.polylines(fine, fixed, True, 128, shift=_FRACTION_BITS)
+    cv2.fillPoly(inside_finely, fixed, 255, shift=_FRACTION_BITS)
+    cv2.polylines(inside_finely, fixed, True, 128, shift=_FRACTION_BITS)
     # The outline runs through the finer pixels at 128, from which the depth is counted.
-    depth = cv2.distanceTransform(cv2.compare(fine, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
+    depth = cv2.distanceTransform(cv2.compare(inside_finely, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
     core = cv2.convertScaleAbs(np.maximum(depth - (ring_px * OVERSAMPLING - 0.5), 0.0), alpha=255)
     rows, in_rows = _overlap(int(low[1]), height, size[1])
     columns, in_columns = _overlap(int(low[0]), width, size[0])
     inside, core = (
-        cv2.resize(fine_share, (width, height), interpolation=cv2.INTER_AREA)[in_rows, in_columns]
-        for fine_share in (fine, core)
+        cv2.resize(finely, (width, height), interpolation=cv2.INTER_AREA)[in_rows, in_columns]
+        for finely in (inside_finely, core)
     )
     return (rows, columns), inside * np.float32(1 / 255), core * np.float32(1 / 255)
 

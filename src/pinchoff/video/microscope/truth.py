@@ -130,9 +130,12 @@ class _Looker:
         for frame in range(contact, last + 1):
             droplets = self._droplets(frame)
             end = frame
-            cut = cut or any(self._is_cut(each) for each in droplets)
+            cut = cut or any(self._is_cut(outline) for outline in droplets)
             if len(droplets) > 1:
-                breakup, daughters = frame, [_core.area(each) * px**2 for each in droplets[:2]]
+                breakup, daughters = (
+                    frame,
+                    [_core.area(outline) * px**2 for outline in droplets[:2]],
+                )
                 break
             shape = max(shape, _core.shape_parameter(droplets[0]))
             thickness = thinnest_neck(densified(droplets[0], _SPACING_PX))[0] * px
