@@ -206,7 +206,8 @@ def calibrate(
     Examples
     --------
     >>> import pinchoff as po
-    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, points=3,
+    >>> coarse = po.Parameters(vertex_count=48)
+    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
     ...                      width=0.02, scan=8, evaluations=6)
     >>> found.best.objective <= found.start.objective
     True
