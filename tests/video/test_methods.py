@@ -18,7 +18,7 @@ from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.function import FunctionSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle
-from pinchoff.video.quality import across, persistence, quality
+from pinchoff.video.quality import Picture, across, persistence, quality
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import METHOD_NAMES, VideoSettings
 from pinchoff.video.signal import Signal, best_channel
@@ -232,12 +232,18 @@ def test_an_outline_is_worth_less_where_nothing_happens_across_it():
         ringed(215, 100, 40),
         ringed(200, 100, 33.5),
     )
-    worth = [quality([image], [[each]], 1.0).score for each in (right, shifted, inner)]
-    assert worth[0] == pytest.approx(40 * math.sqrt(math.pi), rel=0.05)
+    worth = [quality([[Picture(image, 1.0)]], [[each]]).score for each in (right, shifted, inner)]
+    assert worth[0] == pytest.approx((math.pi * 40**2) ** 0.75, rel=0.05)
     assert worth[1] < 0.5 * worth[0]
     assert worth[2] < 0.5 * worth[0]  # the inner edge of a rim
     assert across(image, right.outline, 1.0).closed == 1.0
     assert across(image, inner.outline, 1.0).inner > 0.9
+
+
+def test_an_outline_beside_the_edge_is_worth_less_than_one_on_it():
+    picture = Picture(ring_image(), 1.0)
+    worth = [quality([[picture]], [[ringed(200, 100, radius)]]).score for radius in (40, 42.5)]
+    assert worth[1] < 0.95 * worth[0]
 
 
 def test_droplets_that_vanish_inside_the_frame_do_not_persist():
@@ -245,8 +251,12 @@ def test_droplets_that_vanish_inside_the_frame_do_not_persist():
     at_edge = ringed(24, 100, 20)
     assert persistence([([here], [near])], SIZE) == 1.0
     assert persistence([([here], [])], SIZE) == 0.0
-    assert persistence([([at_edge], [])], SIZE) == 1.0  # it may have left
+    assert persistence([([], [here])], SIZE) == 0.0  # nothing appears there either
+    assert math.isnan(persistence([([at_edge], [])], SIZE))  # it may have left
+    assert persistence([([here, at_edge], [near])], SIZE) == 1.0
     assert persistence([([here], [ringed(215, 100, 25)])], SIZE) == 0.0  # another size
+    unsteady = persistence([([here], [ringed(215, 100, 21)])], SIZE)
+    assert unsteady == pytest.approx(1.0 - 2 * 20 * (1 - (20 / 21) ** 2) / 41)
     assert math.isnan(persistence([([], [])], SIZE))
 
 
