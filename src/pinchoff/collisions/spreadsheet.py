@@ -75,7 +75,7 @@ def _opened(source: Path, *, with_values: bool) -> Any:
     from openpyxl import load_workbook
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what the file has beside its cells
+        warnings.simplefilter("ignore")  # about styles and the like, which are not read
         return load_workbook(source, read_only=True, data_only=with_values)
 
 

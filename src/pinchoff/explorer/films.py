@@ -23,7 +23,7 @@ MOST_FRAMES = 80
 MOST_VERTICES = 48
 """What one page takes, so that it opens fast: about 5 MB of films and as much of pictures."""
 
-_UNIT = 1.0 / 2500.0  # D0 of one step: the integers reach 13 D0
+_UNIT = 1.0 / 2500.0  # D0; one step of the integers that hold a film, which reach 13 D0
 _NEAR = 3.0  # droplets so near to the pillar are shown, D0
 _BEFORE, _AFTER = 3.0, 1.5  # how long before the contact and after the end, D0/v
 

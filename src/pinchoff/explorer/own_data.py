@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 20_000
 """Collisions that one page takes: more make it slow to open and to draw."""
 
-_DIGITS = 6  # significant, of a number in the page
+_DIGITS = 6  # significant digits of a number in the page
 
 LAW = "law.json"
 RUN = "collision.json"

@@ -18,8 +18,9 @@ from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
+from pinchoff.model.guards import warn_of_failures
 from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
-from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
+from pinchoff.model.results import Collision, collision_of, first_meeting
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _PASSING = 6  # frames that show a passage without a contact
 _APPROACH_GAP = 0.35  # between droplet and obstacle in the frame of the approach [D0]
-_DEPARTURE = 1.2  # of the foremost centroid from the last obstacle in the last frame [D0]
+_DEPARTURE = 1.2  # of the foremost droplet beyond the last obstacle, in the last frame [D0]
 
 
 class Moment(NamedTuple):

@@ -61,9 +61,9 @@ _DEFAULT_FREE = {
 LOG = "evaluations.jsonl"
 
 _FORMAT = 1
-_TOLERANCE = 0.01  # of the place, in parts of the bounds, and
-_FLATNESS = 1e-3  # of the objective, about its roughness from the brackets, at which it ends
-_FIRST_STEP = 0.15  # in parts of the bounds
+_TOLERANCE = 0.01  # the search ends where its places differ by less, in parts of the bounds,
+_FLATNESS = 1e-3  # and its objectives by less: about their roughness from the brackets
+_FIRST_STEP = 0.15  # of the search, in parts of the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)

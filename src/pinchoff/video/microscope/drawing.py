@@ -18,9 +18,9 @@ Pixels = NDArray[np.uint8]
 OVERSAMPLING = 4
 """Finer pixels a pixel's side, on which outlines are drawn and averaged."""
 
-_FRACTION_BITS = 8  # of OpenCV's coordinates: 1/256 of a finer pixel
+_FRACTION_BITS = 8  # binary places of OpenCV's coordinates: 1/256 of a finer pixel
 _MARGIN = 2  # pixels round an outline
-_BLUR_REACH = 4.0  # standard deviations, beyond which a pixel's light does not reach
+_BLUR_REACH = 4.0  # standard deviations: a pixel's light does not reach farther
 _NOISE_LENGTH, _NOISE_FRAMES = 1 << 22, 4  # numbers, and frames of them, that noise is taken from
 
 Window = tuple[slice, slice]
@@ -46,7 +46,7 @@ class Canvas:
         self._ring_px = microscope.ring_width_um / microscope.pixel_size_um
         self._empty = self._background(obstacles)
         self._light = cv2.merge([self._uneven_light() * self._dust()] * 3)
-        self._lit_empty: tuple[float, Image] | None = None  # at some blur
+        self._lit_empty: tuple[float, Image] | None = None  # blur, and how it looks with it
         pixels = microscope.height * microscope.width
         length = max(_NOISE_LENGTH, _NOISE_FRAMES * pixels)
         self._noise = self._random.standard_normal(length, dtype=np.float32)

@@ -167,7 +167,7 @@ class _Looker:
 
     def _velocity(self, frame: int) -> tuple[float, float]:
         """Return the velocity of the centre of mass as the run has it, mm/s."""
-        step = 0.05  # of a frame
+        step = 0.05  # frames
         before, after = (
             np.array(_core.centroid(self._droplets(frame + shift)[0])) for shift in (-step, step)
         )
