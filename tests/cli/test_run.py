@@ -452,7 +452,7 @@ def test_what_nobody_foresaw_ends_in_one_line(monkeypatch, tmp_path, capsys):
         (OSError(errno.ENAMETOOLONG, "File name too long"), 2, "'File name too long'; choose a"),
         (OSError(errno.EROFS, "Read-only file system", "a"), 2, "a must be one that you may write"),
         (OSError(errno.EIO, "Input/output error", "a"), 1, "see whether its disk is in order"),
-        (RuntimeError("can't start new thread"), 1, "(ulimit -u), or lower --workers"),
+        (RuntimeError("can't start new thread"), 1, "(ulimit -u), or run fewer threads"),
     ],
 )
 def test_what_the_system_refuses_comes_with_advice(

@@ -206,7 +206,8 @@ def test_film_shows_a_pink_droplet_and_a_grey_obstacle(broken, tmp_path):
     av = pytest.importorskip("av")
     calls = []
     path = tmp_path / "movie.mp4"
-    write_movie(path, broken.outlines, fps=25, progress=lambda *args: calls.append(args))
+    every_fourth = broken.outlines[::4]
+    write_movie(path, every_fourth, fps=25, progress=lambda *args: calls.append(args))
     assert [file.name for file in tmp_path.iterdir()] == ["movie.mp4"]
     with av.open(str(path)) as film:
         stream = film.streams.video[0]

@@ -165,7 +165,8 @@ def check_flow(chamber: Chamber, *, show: Show | None = None) -> FlowCheck:
     A coarse mesh, which is off by a few per cent:
 
     >>> from pinchoff.chamber import Chamber
-    >>> check = check_flow(Chamber(operation={"elements_across_gap": 4}))
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
     >>> round(check.imaging_speed_mm_s, 1)
     1.4
     """

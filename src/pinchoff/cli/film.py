@@ -14,7 +14,7 @@ from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, flag_of, optio
 from pinchoff.cli.output import announce
 from pinchoff.cli.video import LABORATORY
 from pinchoff.support.errors import InputError, SimulationError
-from pinchoff.support.folders import held_file
+from pinchoff.support.locks import held_file
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
@@ -166,6 +167,39 @@ def size_distribution(study: SizeStudy) -> Axes:
         axes.set_ylim(bottom=0)
         axes.legend(loc="upper left")
         return axes
+
+
+def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
+    """Draw the mean diameter and that weighted by area against what was varied.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a run: the varied keys, mean_diameter and weighted_diameter with their errors, D0.
+    varied : sequence of str
+        Its keys; the first one with numbers is along x, and there is a line for each combination
+        of the others.
+    """
+    with style.journal_style():
+        figure = Figure(figsize=(style.TWO_COLUMNS, 2.6), layout="constrained")
+        panels = figure.subplots(1, 2, sharey=True)
+        along = next((name for name in varied if table[name].dtype.kind in "if"), None)
+        others = [name for name in varied if name != along]
+        groups = table.groupby(others, sort=False) if others else [((), table)]
+        names = {"mean_diameter": "mean", "weighted_diameter": "weighted by area"}
+        for (name, said), axes in zip(names.items(), panels, strict=True):
+            for (chosen, rows), color in zip(groups, itertools.cycle(palette.CATEGORIES)):
+                x = np.arange(len(rows)) if along is None else rows[along].to_numpy(np.float64)
+                error = np.nan_to_num(rows[f"{name}_error"].to_numpy(np.float64))
+                label = ", ".join(f"{k} = {v}" for k, v in zip(others, chosen, strict=True))
+                style_of = {"fmt": "o-", "ms": 3, "lw": 0.8, "color": color}
+                axes.errorbar(x, rows[name], error, label=label or None, **style_of)
+            axes.set(xlabel=along or "run", ylabel=f"diameter, {said} ($D_0$)")
+            axes.set_ylim(bottom=0)
+        if others:
+            panels[0].legend(fontsize="small")
+        first: Axes = panels[0]
+        return first
 
 
 def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> Axes:

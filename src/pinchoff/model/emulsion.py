@@ -29,7 +29,7 @@ from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:

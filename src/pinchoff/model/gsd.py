@@ -76,8 +76,8 @@ class OutlineWriter:
         self._constant = {
             "obstacles": self._obstacles,
             "parameters": _as_bytes(json.dumps(dict(parameters))),
-            "units": _as_bytes(units),
         }
+        self._units = units
         self._box_side = 0.0
         self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
 
@@ -153,6 +153,7 @@ class OutlineWriter:
         frame.bonds.group = len(self._obstacles) + _ring_bonds(sizes)
         frame.log = {
             "time": np.array([time], dtype=np.float64),
+            "units": self._units,  # in every frame: the library takes no text from the first
             "particles/generation": self._with_obstacles(np.repeat(generations, sizes)).astype(
                 np.int32
             ),
@@ -216,8 +217,9 @@ def _as_bytes(text: str) -> npt.NDArray[np.uint8]:
     return np.frombuffer(text.encode(), dtype=np.uint8)
 
 
-def _as_text(data: npt.NDArray[np.uint8]) -> str:
-    return data.tobytes().decode()
+def _as_text(data: str | npt.NDArray[np.uint8]) -> str:
+    """Return a text, which may stand in the file as its bytes."""
+    return data if isinstance(data, str) else data.tobytes().decode()
 
 
 class GsdContents(NamedTuple):

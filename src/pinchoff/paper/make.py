@@ -21,7 +21,7 @@ from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions

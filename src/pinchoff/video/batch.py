@@ -19,7 +19,7 @@ from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder, made_folder
+from pinchoff.support.locks import held_folder, made_folder
 from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
 from pinchoff.studies.emulsion_sizes import lineage
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -96,6 +97,34 @@ def emulsion_page(
     page.figure(figures.lineage_tree(lineage(events), run.time), "The largest family.")
     page.section("How far this can be trusted")
     _tell_trust(page, trust, run)
+    return page
+
+
+def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Page:
+    """Return the page of several runs.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a run, of `summary_row`.
+    varied : sequence of str
+        Which of its columns are what was varied.
+    page_name : str
+        Of the page in each run's folder.
+    """
+    page = Page(
+        "Droplets through arrays of pillars",
+        f"{counted(len(table), 'run')}, varied: {', '.join(varied)}.",
+    )
+    page.figure(
+        figures.sizes_over_sweep(table, varied),
+        "Mean diameters against what was varied, standard errors where a run is long enough.",
+    )
+    shown = ["folder", *varied, "mean_diameter", "weighted_diameter", "breakup_rate", "steady"]
+    rows = table[shown].map(lambda v: f"{v:.4g}" if isinstance(v, float) else str(v))
+    page.table(shown, rows.to_numpy().tolist(), "Lengths in D0, rates in 1/t0")
+    for folder in table["folder"]:
+        page.link(f"The page of {folder}", f"{folder}/{page_name}")
     return page
 
 

@@ -230,8 +230,10 @@ class EnclosedSegmenter:
         height, width = dark.shape
         owner = _owners(regions, dark.shape)
         widths = [_rim_widths(region.width, region.border.at_edge) for region in regions]
+        # What the frame cuts may be all that lies beyond a wall.
+        whole = np.array([not region.border.at_edge.any() for region in regions])
         gaps = [
-            _is_gap(region, _beyond(away, region.border, owner, number), regions)
+            _is_gap(region, _beyond(away, region.border, owner, number), regions, whole)
             for number, (region, away) in enumerate(zip(regions, widths, strict=True))
         ]
         if any(gaps):
@@ -405,10 +407,20 @@ def _is_surroundings(other: _Region, region: _Region) -> bool:
     return bool(other.border.at_edge.any()) and other.area * _GAP_SIZE > region.area
 
 
-def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region]) -> bool:
-    """Return whether a region is what packed droplets leave between them."""
-    # What the frame cuts may be all that lies beyond a wall.
-    whole = np.array([not each.border.at_edge.any() for each in regions])
+def _is_gap(
+    region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region], whole: Bools
+) -> bool:
+    """Return whether a region is what packed droplets leave between them.
+
+    Parameters
+    ----------
+    region : _Region
+    beyond : ndarray, shape (n,)
+        What `_beyond` returns.
+    regions : sequence of _Region
+    whole : ndarray of bool, shape (len(regions),)
+        Which of them the frame does not cut.
+    """
     others = beyond[(beyond >= 0) & whole[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
