@@ -285,7 +285,14 @@ class Collision(Drawable):
     _row: dict[str, Any] = field()
 
     def to_row(self) -> dict[str, Any]:
-        """Return the collision as a row of the table that `simulate_many` returns."""
+        """Return the collision as a row of the table that `simulate_many` returns.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> po.simulate(po.Parameters()).to_row()["outcome"]
+        'broke'
+        """
         return dict(self._row)
 
     def to_dict(self) -> dict[str, Any]:
@@ -362,11 +369,27 @@ class Collision(Drawable):
         ------
         InputError
             No outlines were recorded.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> panels = po.simulate(po.Parameters(), outlines=0.1).plot()
+        >>> len(panels)
+        6
         """
         return self._drawn(axes, times=times)
 
     def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
-        """Film the collision, as `Outlines.animate`."""
+        """Film the collision, as `Outlines.animate`.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> collision = po.simulate(po.Parameters(), outlines=0.5)
+        >>> collision.animate("collision.gif")
+        >>> collision.animate()
+        <Player of 8 frames: a notebook shows it>
+        """
         return artist().animate(self.recorded(), path, fps)
 
     @staticmethod
@@ -382,6 +405,13 @@ class Collision(Drawable):
         ------
         InputError
             There is no such file, or it holds no collision.
+
+        Examples
+        --------
+        After ``pinchoff run --out collision``:
+
+        >>> import pinchoff as po
+        >>> po.Collision.load("collision")  # doctest: +SKIP
         """
         from pinchoff.model.run_files import read_run
 
