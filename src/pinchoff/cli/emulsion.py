@@ -44,8 +44,9 @@ def emulsion(
 ) -> None:
     r"""Send droplets through an array of pillars, where they break.
 
-    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters], and \[inlet] or
-    \[droplets]; pinchoff examples writes one. Droplets do not merge.
+    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters],
+    and \[inlet] or \[droplets]; pinchoff examples writes one. Droplets do not
+    merge.
 
     DIR gets
 

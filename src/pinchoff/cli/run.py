@@ -111,15 +111,17 @@ def run(
 
     - collision.json: parameters and results
     - outlines.gsd: every outline, written as the run goes on; OVITO opens it
-    - snapshots.png: six moments of the collision; as --format says, .pdf and .svg too
+    - snapshots.png: six moments of the collision; as --format says, .pdf and
+      .svg too
     - movie.mp4, movie.gif: the film, with --movie and --gif
 
     [bold]Examples[/bold]
 
     pinchoff run --capillary 30 --offset 0.1 --out off-centre --format pdf --gif
 
-    pinchoff run --diameter '481 um' --obstacle-radius '85 um' --speed '1 mm/s' \
-    --viscosity '48 mPa s' --surface-tension '20 mN/m' --thickness '85 um'
+    pinchoff run --diameter '481 um' --obstacle-radius '85 um' \
+    --speed '1 mm/s' --viscosity '48 mPa s' --surface-tension '20 mN/m' \
+    --thickness '85 um'
     """
     numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
     quantities = {
@@ -142,7 +144,7 @@ def run(
         require_video_extra("--movie")
     about = partial(_description, parameters=parameters)
     with results_in(folder, _FILES, overwrite=overwrite, held=about):
-        remove_results(folder, _FILES)  # before: the outlines are written while it runs
+        remove_results(folder, _FILES)  # first, because the outlines are written during the run
         from pinchoff.figures.snapshots import write_snapshots
         from pinchoff.model.collision_report import collision_report
         from pinchoff.model.flow import stokes

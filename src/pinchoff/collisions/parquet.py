@@ -98,7 +98,7 @@ def write_table(
                 arrays = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
                 unfinished.write_bytes(parquet_bytes(arrays, schema))
     except OSError as error:
-        raise refused_by_system(error, str(path)) from None
+        raise refused_by_system(error) from None
 
 
 def write_collisions(

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 _FEWEST = 20  # contacts in a bin; bins with fewer are joined
-_LEAST_NUMBER = 1e-3  # Bk; below it a droplet has only grazed the pillar
+_LEAST_NUMBER = 1e-3  # Bk: a droplet below it has only grazed the pillar
 
 
 def droplets_in_array(

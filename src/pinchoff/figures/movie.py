@@ -250,8 +250,8 @@ class _Stage:
 
     def _pace(self, fps: int) -> str:
         """Say how much of the run a second of film shows."""
-        first, last = self._outlines.times[[self.frames[0], self.frames[-1]]]
-        shown = (last - first) * self._scale.time / (len(self.frames) - 1) * fps
+        step = float(np.median(np.diff(self._outlines.times[self.frames])))
+        shown = fps * step * self._scale.time
         return f"1 s of film: {shown:.3g} {self._scale.time_unit}"
 
     def show(self, frame: int) -> None:

@@ -118,7 +118,7 @@ def _circles(name: str, values: ArrayLike, row: str) -> Floats:
 
 
 def _require_size(name: str, circles: Floats, least: float, most: float) -> None:
-    """Refuse a circle whose last number is out of its range."""
+    """Refuse a circle with an impossible radius."""
     size = "radius" if name == "obstacles" else "diameter"
     rule = f"of {size} at least {least:g} D0"
     if math.isfinite(most):

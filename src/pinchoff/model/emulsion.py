@@ -29,7 +29,7 @@ from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -660,7 +660,7 @@ def _require_clear_images(starts: Floats, circles: Floats, cell: Floats, periodi
     if not periodic or not len(starts):
         return
     discs = np.concatenate((circles, starts * [1.0, 1.0, 0.5]))
-    # What does not repeat itself gets a period that nothing reaches round.
+    # An axis that is not periodic gets a period longer than any distance.
     far = 4.0 * (np.ptp(discs[:, :2], axis=0).max() + discs[:, 2].max() + 1.0)
     size = np.array([cell[1] - cell[0], cell[3] - cell[2]])
     size = np.where([axis in periodic for axis in "xy"], size, far)

@@ -346,7 +346,7 @@ class Outlines(Drawable):
             with written_aside(target) as unfinished:
                 writers[target.suffix](unfinished)
         except OSError as error:
-            raise refused_by_system(error, str(target)) from error
+            raise refused_by_system(error, "path") from error
 
     def _save_gsd(self, path: Path) -> None:
         with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:

@@ -135,7 +135,7 @@ _RULES: dict[int | None, tuple[str, str]] = {
     errno.EMFILE: ("among few open files", "allow more open files (ulimit -n)"),
     errno.EAGAIN: (
         "done with as many threads and processes as the system allows",
-        "allow more (ulimit -u), or lower --workers",
+        "allow more (ulimit -u), or run fewer threads",
     ),
 }
 _OTHER = "what the system can read and write", "see whether its disk is in order"
@@ -160,8 +160,12 @@ def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
     law.json must be a name that the system takes; got 'Too long'; choose a shorter one
     """
     rule, advice = _RULES.get(error.errno, _OTHER)
-    name = argument or str(error.filename or "the work")
-    refusal = InputError.of(name, rule, f"'{error.strerror or error}'", advice)
+    reason = error.strerror or str(error)
+    if argument and error.filename:
+        refusal = InputError.of(argument, rule, f"{error.filename} ({reason})", advice)
+    else:
+        name = argument or str(error.filename or "the work")
+        refusal = InputError.of(name, rule, f"'{reason}'", advice)
     return refusal if (rule, advice) in _CHOSEN else PinchoffError(str(refusal))
 
 

@@ -21,7 +21,7 @@ from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_ch
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 
 MANIFEST = "_sweep.json"
 
