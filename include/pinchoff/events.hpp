@@ -237,12 +237,13 @@ inline Finding Island::look_at_touches(Look& look) const {
             allowed = std::min(allowed, list_own(look.lists, a, i, look.droplets[i].thinnest));
             continue;
         }
+        const std::size_t listed = look.lists.touches.size();
         const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
                                         look.droplets[j].survey.box, pair.image);
         if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
             found.guard == Guard::none)
             found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
-        if (world_->coalescence.follows && i != j) measure_facing(look, pair);
+        if (world_->coalescence.follows && i != j) measure_facing(look, pair, listed);
         allowed = std::min(allowed, room.allowed);
     }
     return found;
@@ -317,8 +318,6 @@ inline void Island::mend(const Finding& found) {
     mended.generation = d.generation;
     mended.key = d.key;
     mended.meetings = d.meetings;
-    mended.bridge = d.bridge;
-    mended.widest = d.widest;
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));

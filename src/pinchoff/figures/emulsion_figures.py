@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outline
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
+_MEMBERS = 60  # of a family; more cannot be told apart
 _FEWEST = 20  # contacts in a bin; bins with fewer are joined
 _LEAST_CONTACT, _LEAST_CLOCK = 1e-3, 1e-4  # shorter ones, or emptier, are drawn here
 _LEAST_NUMBER = 1e-3  # Bk; below it a droplet has only grazed the pillar
@@ -217,7 +218,7 @@ def pair_contacts(events: pd.DataFrame) -> Axes:
 
 
 def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
-    """Draw the droplet with the most descendants and all of them: time along, a line a droplet.
+    """Draw the droplet with the most descendants, and the first of them: time along, a line each.
 
     Parameters
     ----------
@@ -235,7 +236,7 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
         if not eldest:
             return axes
         first = max(set(eldest), key=lambda k: (eldest.count(k), -k))
-        members = family[np.array(eldest) == first]
+        members = family[np.array(eldest) == first].head(_MEMBERS)  # by birth
         heights = _heights(members, int(first))
         merged = members[members["other_parent"] >= 0]
         joined = dict(zip(merged["other_parent"].tolist(), merged.index.tolist(), strict=True))
@@ -246,7 +247,7 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
             axes.plot([born, ended], [y, y], color=palette.BLUE, lw=3 * size)
             if row["parent"] in heights:
                 axes.plot([born, born], [heights[int(row["parent"])], y], color=palette.INK, lw=0.6)
-            if row["fate"] == "merge" and number in joined:
+            if joined.get(number) in heights:
                 target = heights[joined[number]]
                 axes.plot([ended, ended], [y, target], color=palette.INK, lw=0.6, ls=":")
             if row["fate"] == "left":

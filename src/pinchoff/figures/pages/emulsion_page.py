@@ -99,8 +99,8 @@ def emulsion_page(
     page.section("Lineage")
     page.figure(
         figures.lineage_tree(lineage(events), run.time),
-        "The largest family. A merged droplet goes on in the line of the larger of the two; dotted: "
-        "the smaller one joins it.",
+        "The largest family, up to its first 60 droplets. A merged droplet goes on in the line of "
+        "the larger of the two; dotted: the smaller one joins it.",
     )
     page.section("How far this can be trusted")
     _tell_trust(page, trust, run)
