@@ -218,7 +218,7 @@ inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pa
     if (met || tracks_front(d.ring)) {
         const double* chunks = look.distance2.data() + pair.chunks;
         budget.absolute =
-            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, chunks));
+            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, met, chunks));
     }
     budget.absolute = std::min(budget.absolute, std::max(pair.edge - o.radius, wall_margin(o)));
 }

@@ -186,7 +186,7 @@ def events_of(run):
 
 
 def test_droplets_that_part_merge_late_in_their_clock():
-    """s = 1: every separation merges; in between: where C has come to 1 - s."""
+    """S = 1: every separation merges; in between: where C has come to 1 - s."""
     parameters = model(number=30.0)
     whole = of_kind(head_on_pair(parameters, po.Coalescence(1e3)), "parted").iloc[0]["clock"] * 1e3
     drainage = whole / 0.7  # the clock comes to 0.7

@@ -57,7 +57,7 @@ def layers(chamber: Chamber) -> dict[str, BaseGeometry]:
 
 
 def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
-    """Return what is clear on the mask: channels and marks, or on a bright field all the rest."""
+    """Return the clear part of the mask: channels and marks, or all but these."""
     drawn = shapely.union_all([layout.fluid, *layout.marks.values()])
     if polarity == "dark-field":
         return drawn
@@ -118,7 +118,8 @@ def _without_holes(shape: BaseGeometry, layer: int) -> list[gdstk.Polygon]:
 def write_dxf(chamber: Chamber, path: Path) -> None:
     """Write the mask as DXF in µm, complete or not at all.
 
-    Outlines and holes are closed polylines on the layer of their region.
+    Every shape is a closed polyline on the layer of its region. Holes are joined to the outside by
+    cuts, as in GDSII: programs that fill closed polylines, nested ones too, would close them.
 
     Examples
     --------
@@ -137,8 +138,7 @@ def write_dxf(chamber: Chamber, path: Path) -> None:
     space = document.modelspace()
     for name, shape in layers(chamber).items():
         document.layers.add(name, color=_COLORS.get(name, 7))
-        for polygon in polygons(shape):
-            for ring in (polygon.exterior, *polygon.interiors):
-                space.add_lwpolyline(ring.coords[:-1], close=True, dxfattribs={"layer": name})
+        for piece in _without_holes(shape, LAYERS[name]):
+            space.add_lwpolyline(piece.points, close=True, dxfattribs={"layer": name})
     with written_aside(path) as unfinished:
         document.saveas(unfinished)

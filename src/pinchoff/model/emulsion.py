@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -28,6 +29,7 @@ from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.locks import held_folder
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -259,7 +261,13 @@ def simulate_emulsion(
     record = scene.record() | settings | {"interval": per_frame * WINDOW}
     folder = None if out is None else EmulsionFolder(Path(out), record, scene.circles, outlines)
     result = Emulsion(parameters=parameters, _folder=folder)
-    with progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show:
+    with (
+        ExitStack() as held,
+        progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show,
+    ):
+        if folder is not None:
+            held.enter_context(held_folder(folder.path))
+            held.enter_context(folder)
         _run(run, windows, per_frame, frames_per_piece, result, on_frame, resume, show)
     return result
 
@@ -314,6 +322,7 @@ def _run(
     if state is not None:
         run.restore(state)
         done = round(run.time / WINDOW)
+        result._take_count(run)
     else:
         result._note(run, on_frame)
     frames = 0
@@ -416,8 +425,7 @@ class Emulsion:
         """Take the events up to here, and this frame."""
         events = self._take_events(run)
         sizes = _size_table(run)
-        self.time = run.time
-        self.balance = _balance(run)
+        self._take_count(run)
         if self._folder is None:
             self._events += [events] if len(events) else []
             self._sizes.append(sizes)
@@ -428,6 +436,10 @@ class Emulsion:
                 self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if on_frame is not None:
             on_frame(run.time, droplets_of(run.frame()))
+
+    def _take_count(self, run: _core.Emulsion) -> None:
+        self.time = run.time
+        self.balance = _balance(run)
 
     def _take_events(self, run: _core.Emulsion) -> pd.DataFrame:
         import pandas as pd
@@ -449,7 +461,7 @@ class Emulsion:
         return pd.DataFrame({c.name: own.get(c.name, events.get(c.name)) for c in EVENT_COLUMNS})
 
     def _write_piece(self, run: _core.Emulsion) -> None:
-        if self._folder is not None:
+        if self._folder is not None and self._piece.sizes:
             tables = {"events": EVENT_COLUMNS, "sizes": SIZE_COLUMNS}
             self._folder.write_piece(self._piece, tables, np.asarray(run.state()))
             self._piece = Piece()
@@ -648,7 +660,7 @@ def _require_clear_images(starts: Floats, circles: Floats, cell: Floats, periodi
     if not periodic or not len(starts):
         return
     discs = np.concatenate((circles, starts * [1.0, 1.0, 0.5]))
-    # What does not repeat itself gets a period that nothing reaches round.
+    # An axis that is not periodic gets a period longer than any distance.
     far = 4.0 * (np.ptp(discs[:, :2], axis=0).max() + discs[:, 2].max() + 1.0)
     size = np.array([cell[1] - cell[0], cell[3] - cell[2]])
     size = np.where([axis in periodic for axis in "xy"], size, far)

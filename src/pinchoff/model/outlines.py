@@ -28,7 +28,7 @@ from pinchoff.model.gsd import (
     stacked,
 )
 from pinchoff.support.drawing import Drawable, artist
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.numerals import counted
 from pinchoff.support.paper_constants import NECK_SEPARATION
@@ -346,12 +346,7 @@ class Outlines(Drawable):
             with written_aside(target) as unfinished:
                 writers[target.suffix](unfinished)
         except OSError as error:
-            raise InputError.of(
-                "path",
-                "a file that can be written",
-                f"{target} ({error.strerror or error})",
-                "choose an existing folder",
-            ) from error
+            raise refused_by_system(error, "path") from error
 
     def _save_gsd(self, path: Path) -> None:
         with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:

@@ -21,6 +21,7 @@ from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
@@ -84,7 +85,7 @@ class Reproduction:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return settings, numbers and what figures there are, fit for JSON."""
+        """Return settings, numbers and the figures that exist, ready for JSON."""
         return {
             **self.settings,
             "figures": [made.figure.name for made in self.figures],
@@ -138,32 +139,32 @@ def reproduce(
     wanted = _wanted(only)
     folder = Path(out)
     settings = _settings(seed, quick, experiment)
-    _require_same(folder, settings)
-    folder.mkdir(parents=True, exist_ok=True)
-    with written_aside(folder / SETTINGS) as unfinished:
-        unfinished.write_text(_json(settings), encoding="utf-8")
-    study = Study(seed, quick, experiment, folder)
-    left_out: dict[str, str] = {}
-    figures: list[MadeFigure] = []
-    found: list[Number] = []
-    seconds = 0.0
-    for done, name in enumerate(wanted):
-        if progress is not None:
-            progress(name, done, len(wanted))
-        if name == NUMBERS:
-            found, took = _numbers(study, folder)
-        else:
-            figure = next(each for each in FIGURES if each.name == name)
-            absent = _absent(figure.extra)
-            if absent:
-                left_out[name] = (
-                    f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
-                )
-                continue
-            figures.append(_figure(figure, study, folder))
-            took = figures[-1].seconds
-        seconds += took
-    return Reproduction(folder, figures, found, left_out, settings, seconds)
+    with held_folder(folder):
+        _require_same(folder, settings)
+        with written_aside(folder / SETTINGS) as unfinished:
+            unfinished.write_text(_json(settings), encoding="utf-8")
+        study = Study(seed, quick, experiment, folder)
+        left_out: dict[str, str] = {}
+        figures: list[MadeFigure] = []
+        found: list[Number] = []
+        seconds = 0.0
+        for done, name in enumerate(wanted):
+            if progress is not None:
+                progress(name, done, len(wanted))
+            if name == NUMBERS:
+                found, took = _numbers(study, folder)
+            else:
+                figure = next(each for each in FIGURES if each.name == name)
+                absent = _absent(figure.extra)
+                if absent:
+                    left_out[name] = (
+                        f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
+                    )
+                    continue
+                figures.append(_figure(figure, study, folder))
+                took = figures[-1].seconds
+            seconds += took
+        return Reproduction(folder, figures, found, left_out, settings, seconds)
 
 
 def remove_reproduction(folder: Path) -> None:

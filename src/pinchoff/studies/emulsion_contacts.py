@@ -48,9 +48,10 @@ def contact_outcomes(
     Returns
     -------
     DataFrame
-        droplet_id, obstacle, time, symmetry, breakup_number (with the droplet's area and speed at
-        contact, and the line of the paper's simulations), broke, and settled: whether its outcome
-        was seen before the droplet merged or the run ended.
+        droplet_id, obstacle, time, radius of the obstacle and diameter of the droplet, D0,
+        symmetry, breakup_number (with the droplet's area and speed at contact, and the line of
+        the paper's simulations), broke, and settled: whether its outcome was seen before the
+        droplet merged or the run ended.
     """
     import pandas as pd
 
@@ -83,6 +84,8 @@ def contact_outcomes(
             "droplet_id": droplet,
             "obstacle": pillar,
             "time": time,
+            "radius": circles[pillar, 2],
+            "diameter": np.sqrt(4 / math.pi * met["area"].to_numpy(np.float64)),
             "symmetry": met["symmetry"].to_numpy(np.float64),
             "breakup_number": number,
             "broke": np.isfinite(gap) & (gap == nearest),

@@ -50,6 +50,8 @@ class Measured(NamedTuple):
     error: float
 
     def __str__(self) -> str:
+        if math.isnan(self.error):
+            return f"{self.value:.4g}, error not known"
         return f"{self.value:.4g} ± {self.error:.2g}"
 
 

@@ -162,7 +162,7 @@ def calibrate_drainage(
     parted = run.events[run.events["kind"] == "parted"]
     if len(parted) != 1 or run.balance["breakups"]:
         got = f"{widening:g}, with {len(parted)} partings and {run.balance['breakups']} break-ups"
-        advice = "raise it, or lower spacing, for a pair that does not touch; lower it for one that breaks"
+        advice = "raise it, or lower spacing, where nothing touches; lower it where one breaks"
         raise InputError.of("widening", "such that the pair touches and parts once", got, advice)
     contact = parted.iloc[0]
     return Drainage(

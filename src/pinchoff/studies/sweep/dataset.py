@@ -7,8 +7,6 @@ other files begin with ``_`` or ``.``, which readers of Parquet datasets pass ov
 from __future__ import annotations
 
 import json
-import os
-import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -23,6 +21,7 @@ from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_ch
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder
 
 MANIFEST = "_sweep.json"
 
@@ -163,7 +162,7 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
     InputError
         The folder cannot be written to, holds something else, or another process writes to it.
     """
-    with _made_and_locked(path):
+    with held_folder(path):
         manifest = read_manifest(path)
         if manifest is None:
             _require_empty(path)
@@ -173,9 +172,6 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
                     json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
                 )
         require_same(manifest, design, path)
-        with _writable(path):
-            for leftover in [*path.glob(".part-*"), *path.glob("._sweep*")]:
-                leftover.unlink()
         yield SweepDataset(path, manifest["count"], manifest["part_size"])
 
 
@@ -271,32 +267,6 @@ def _writable(path: Path) -> Iterator[None]:
     except OSError as error:
         got = f"{path} ({error.strerror})"
         raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
-
-
-@contextmanager
-def _made_and_locked(path: Path) -> Iterator[None]:
-    """Make the folder and keep other sweeps out; the system unlocks it when a process dies."""
-    with _writable(path):
-        path.mkdir(parents=True, exist_ok=True)
-    if sys.platform == "win32":  # no locks on folders
-        yield
-        return
-    import fcntl
-
-    with _writable(path):
-        folder = os.open(path, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError.of(
-                "out", "a folder for one sweep at a time", f"{path}, in use", "wait for the other"
-            ) from None
-        except OSError:
-            pass  # a file system without locks: parts still appear complete or not at all
-        yield
-    finally:
-        os.close(folder)
 
 
 def remove_sweep(path: Path) -> None:
