@@ -14,6 +14,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -545,9 +546,20 @@ inline std::vector<double> Emulsion::state() const {
 }
 
 inline void Emulsion::restore(std::span<const double> state) {
-    const double* next = state.data();
-    const auto number = [&] { return *next++; };
-    const auto whole = [&] { return static_cast<std::int64_t>(*next++); };
+    const double *next = state.data(), *end = next + state.size();
+    const auto number = [&] {
+        if (next == end) throw std::invalid_argument("a state that is cut short");
+        return *next++;
+    };
+    const auto whole = [&] {
+        const double n = number();
+        if (!(std::abs(n) < 0x1p62)) throw std::invalid_argument("a state without its counts");
+        return static_cast<std::int64_t>(n);
+    };
+    const auto counted = [&](double n) {  // of numbers that follow
+        if (!(n >= 0 && n <= static_cast<double>(end - next)))
+            throw std::invalid_argument("a state without its counts");
+    };
     auto* balance = reinterpret_cast<double*>(&balance_);
     for (int i = 0; i < kBalanceFields; ++i) balance[i] = number();
     next_id_ = whole();
@@ -564,6 +576,8 @@ inline void Emulsion::restore(std::span<const double> state) {
         const std::int64_t contacted = whole();
         const double rest_area = number(), lag = number(), mended = number();
         const double neck_room = number(), thinnest = number();
+        counted(static_cast<double>(contacted));
+        counted(4.0 * count);
         std::vector<int> met(static_cast<std::size_t>(contacted));
         for (int& o : met) o = static_cast<int>(whole());
         std::vector<Vec2> r(count), v(count);
