@@ -20,7 +20,7 @@ from pydantic import PositiveInt
 
 from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_checksums
 from pinchoff.studies.sweep.design import SweepDesign
-from pinchoff.support.errors import InputError, PinchoffError
+from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.folders import held_folder
 from pinchoff.support.records import Shape, read_record
@@ -259,6 +259,8 @@ def _writable(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        if is_full(error):
+            raise refused_by_system(error) from error
         got = f"{path} ({error.strerror})"
         raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
 
