@@ -18,10 +18,12 @@ inline const Island::Detector Island::kDetectors[] = {
     {&Island::look_at_necks, &Island::break_up, true},
     {&Island::look_at_obstacles, &Island::record_contacts, false},
     {&Island::look_at_touches, &Island::never, false},
+    {&Island::look_at_films, &Island::tend_films, true},
 };
 
 inline Budget Island::settle() {
     Budget budget;
+    open_bridges();
     survey();
     for (const Detector* d = std::begin(kDetectors); d != std::end(kDetectors);) {
         const Finding found = (this->*d->look)(look_);
@@ -43,6 +45,7 @@ inline Budget Island::settle() {
         d = std::begin(kDetectors);
     }
     mark_pushed();
+    measure_films();
     return budget;
 }
 
@@ -159,6 +162,11 @@ inline Finding Island::look_at_necks(Look& look) const {
         seen.neck_room = std::max(seen.neck.budget, 0.0);
         seen.thinnest = std::sqrt(seen.neck.nearest2);
         if (!breaks) continue;
+        if (d.bridge > 0) {  // neither breaks nor merges before its bridge has opened
+            seen.neck_room = 0.0;
+            found.budget.relative = std::min(found.budget.relative, kBridgeRoom * ring.rest_length);
+            continue;
+        }
         // That a chord leaves both ends inwards is seen by the scan, that it crosses no edge here.
         if (seen.neck.thickness2 < threshold * threshold &&
             find_neck(d.positions(), slackened(separation)).thickness < threshold)
@@ -208,7 +216,7 @@ inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pa
     if (met || tracks_front(d.ring)) {
         const double* chunks = look.distance2.data() + pair.chunks;
         budget.absolute =
-            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, chunks));
+            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, met, chunks));
     }
     budget.absolute = std::min(budget.absolute, std::max(pair.edge - o.radius, wall_margin(o)));
 }
@@ -219,6 +227,7 @@ inline Finding Island::look_at_touches(Look& look) const {
     Finding found;
     double& allowed = found.budget.absolute;
     look.lists.touches.clear();
+    look.facings.clear();
     for (const DropletPair& pair : pairs_) {
         const int i = pair.first, j = pair.second;
         const Ring &a = droplets_[i].ring, &b = droplets_[j].ring;
@@ -231,6 +240,7 @@ inline Finding Island::look_at_touches(Look& look) const {
         if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
             found.guard == Guard::none)
             found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
+        if (world_->coalescence.follows && i != j) measure_facing(look, pair);
         allowed = std::min(allowed, room.allowed);
     }
     return found;
@@ -290,14 +300,19 @@ inline void Island::mend(const Finding& found) {
                          !(signed_area(r) > 0.5 * d.ring.rest_area);
     refusals_.push_back(
         {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
-    if (retired) return remove(found.droplet);
+    if (retired) {
+        end_films(d.id);
+        return remove(found.droplet);
+    }
     Shape even = respace({r, d.velocities()}, d.ring.count);
-    const double scale = std::sqrt(d.ring.rest_area / signed_area(even.r));
-    const Vec2 middle = centroid(even.r);
-    for (Vec2& p : even.r) p = middle + scale * (p - middle);
+    scale_to_area(even, d.ring.rest_area);
     Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
     mended.id = d.id;
     mended.generation = d.generation;
+    mended.key = d.key;
+    mended.meetings = d.meetings;
+    mended.bridge = d.bridge;
+    mended.widest = d.widest;
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));
@@ -365,10 +380,22 @@ inline void Island::break_up(const Finding& found) {
         for (Vec2& v : daughters[k].v) v = v + correction;
         heirs.push_back(
             heir(parent, Droplet(world_->model, rest[k], daughters[k].r, daughters[k].v)));
+        heirs[k].key = mixed(parent.key + k + 1);
     }
+    const std::vector<Film> films = end_films(parent.id);
     remove(found.droplet);
     for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(heirs[k]));
     breakups_.push_back(event);
+    if (world_->coalescence.follows) {
+        for (const int daughter : event.daughters) hand_down(films, event.droplet, daughter);
+        const auto [low, high] = std::minmax(event.daughters[0], event.daughters[1]);
+        handed_down_.push_back({.first = low, .second = high, .cut = true});
+    }
+    settle_heirs();
+}
+
+/// After outlines were cut or joined: steps, lists and velocities that suit the new droplets.
+inline void Island::settle_heirs() {
     renew_steps();
     if (stopped()) return;
     look_.lists.clear();

@@ -177,6 +177,13 @@ inline Shape respace(const Shape& s, int count) {
     return out;
 }
 
+/// Scales an outline about its centroid.
+inline void scale_to_area(Shape& s, double area) {
+    const double scale = std::sqrt(area / signed_area(s.r));
+    const Vec2 middle = centroid(s.r);
+    for (Vec2& p : s.r) p = middle + scale * (p - middle);
+}
+
 inline Vec2 mean(const std::vector<Vec2>& v) {
     Vec2 sum{0, 0};
     for (const Vec2& a : v) sum = sum + a;

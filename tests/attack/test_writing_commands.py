@@ -14,7 +14,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.cli import app, main
-from pinchoff.support.folders import held_file, held_folder
+from pinchoff.support.locks import held_file, held_folder
 
 pytestmark = [pytest.mark.filterwarnings("ignore"), pytest.mark.slow]
 
@@ -29,7 +29,7 @@ FILES = ("film", "virtual", "summary", "explore")
 HOLDS = """
 import sys
 from pathlib import Path
-from pinchoff.support.folders import held_file, held_folder
+from pinchoff.support.locks import held_file, held_folder
 held = {"folder": held_folder, "file": held_file}[sys.argv[1]]
 with held(Path(sys.argv[2])):
     print("held", flush=True)

@@ -1,17 +1,20 @@
 """The examples of the site's tutorials and how-to pages run, one after the other, as they stand.
 
-A page's blocks share a folder with the clone's headers: ``sh`` is run by a shell,
-``python`` in one session, and a block that begins with the name of a file is written to it.
-``console`` shows what to type elsewhere and is not run.
+A page's blocks share a folder with the clone's headers. ``sh`` is run by a shell, and our own
+commands without a process of their own. ``python`` is run in one session. A block that begins with
+the name of a file is written to it. ``console`` shows what to type elsewhere and is not run.
 """
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from pinchoff.cli import main
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -47,22 +50,27 @@ def test_examples_run(page, tmp_path, monkeypatch):
         if named := _FILE.match(text):
             (tmp_path / named[1]).write_text(text, encoding="utf-8")
         elif language == "sh":
-            run_shell(text)
+            for line in text.replace("\\\n", " ").splitlines():
+                run(line)
         elif language == "python":
             exec(compile(text, page, "exec"), session)
 
 
-def run_shell(text):
-    """Run lines of a shell, with the commands of this environment; the first failure ends it."""
+def run(line):
+    """Run a line of a shell, with the commands of this environment."""
+    words = shlex.split(line, comments=True)
+    if words[:1] == ["pinchoff"]:
+        assert main(words[1:]) == 0, line
+        return
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        ["sh", "-eu", "-c", text],
+        ["sh", "-eu", "-c", line],
         capture_output=True,
         text=True,
         check=False,
         env={**os.environ, "PATH": path},
     )
-    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+    assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
 
 
 def test_every_tutorial_and_how_to_has_examples():

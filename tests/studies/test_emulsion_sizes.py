@@ -16,6 +16,7 @@ from pinchoff.studies.emulsion_sizes import (
     correlation_time,
     jackknife,
     lineage,
+    origins,
     study_sizes,
 )
 
@@ -87,6 +88,7 @@ def test_constant_kernel_and_uniform_daughters_give_an_exponential_distribution(
     assert study.rates["breakup"].value == pytest.approx(total, rel=0.02)
     assert study.rates["merge"].value == pytest.approx(total, rel=0.02)
     assert abs(study.growth.value) < 3 * study.growth.error
+    assert study.exchange.value == pytest.approx(1.0, abs=3 * study.exchange.error)
 
 
 def test_correlation_time_is_that_of_an_autoregressive_series():
@@ -172,6 +174,54 @@ def test_lineage_tells_mothers_and_fates():
     assert list(ancestors(family, 4)) == [2, 0]
     assert family.loc[4, ["born", "ended", "fate"]].tolist() == [3.0, 9.0, "left"]
     assert math.isnan(family.loc[3, "ended"])
+
+
+def merging(time, droplet, partner, into, areas):
+    return {
+        "kind": "merge",
+        "time": time,
+        "droplet_id": droplet,
+        "partner": partner,
+        "into": into,
+        "area_1": areas[0],
+        "area_2": areas[1],
+    }
+
+
+def test_lineage_tells_what_merged_droplets_come_from():
+    """0 breaks into 1 and 2; 2 and 3 merge into 4, then 4 and 1 into 5."""
+    events = pd.DataFrame(
+        [
+            breakup(1.0, 0, (1, 2)) | {"area_1": 0.3, "area_2": 0.1},
+            merging(2.0, 2, 3, 4, (0.1, 0.4)),
+            merging(3.0, 1, 4, 5, (0.3, 0.5)),
+        ]
+    )
+    family = lineage(events)
+    assert family["parent"].to_dict() == {0: -1, 1: 0, 2: 0, 3: -1, 4: 3, 5: 4}
+    assert family["other_parent"].to_dict() == {0: -1, 1: -1, 2: -1, 3: -1, 4: 2, 5: 1}
+    assert family["fate"].tolist() == ["breakup", "merge", "merge", "merge", "merge", ""]
+    assert list(ancestors(family, 5)) == [4, 3]
+    assert origins(family, 5) == pytest.approx({0: 0.5, 3: 0.5})
+    assert origins(family, 4) == pytest.approx({0: 0.2, 3: 0.8})
+    assert origins(family, 3) == {3: 1.0}
+
+
+def test_a_contact_of_a_droplet_that_soon_merged_is_not_settled():
+    circles = np.array([[0.0, 0.0, 0.3]])
+    events = pd.DataFrame(
+        [
+            contact(1.0, 0, 0),
+            contact(1.0, 1, 0),
+            contact(1.0, 2, 0),
+            merging(2.0, 0, 1, 7, (0.5, 0.5)),
+            merging(8.0, 2, 7, 8, (0.5, 1.0)),
+        ]
+    )
+    parameters = po.Parameters(simulation_capillary_number=40)
+    events[["x", "y"]] = math.nan
+    table = contact_outcomes(events, circles, parameters, end=20.0)
+    assert table["settled"].tolist() == [False, False, True]
 
 
 def contact(time, droplet, obstacle):

@@ -226,7 +226,7 @@ def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source
 
 @dataclass(frozen=True, eq=False)
 class _Wrap:
-    """Which degrees of freedom of a mesh are one and the same: images, in a periodic mesh.
+    """Which degrees of freedom of a periodic mesh are images of one another.
 
     Attributes
     ----------
@@ -274,7 +274,7 @@ class _Wrap:
         return np.asarray(np.bincount(numbers, vector), dtype=np.float64)
 
     def places(self, places: Floats) -> Floats:
-        """Return where the velocity's degrees of freedom sit: one of the images of each."""
+        """Return the place of each degree of freedom of the velocity; of images, one place."""
         chosen = np.empty((int(self.nodes.max()) + 1, 2))
         chosen[self.nodes] = places
         return chosen

@@ -19,10 +19,17 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from pinchoff.model import arrays
-from pinchoff.model.arrangement import CLEARANCE
+from pinchoff.model.arrangement import start_clearance
 from pinchoff.model.arrays import Floats, PillarArray
-from pinchoff.model.emulsion import Inlet, emulsion_parameters, simulate_emulsion
+from pinchoff.model.emulsion import (
+    Coalescence,
+    Inlet,
+    emulsion_parameters,
+    simulate_emulsion,
+)
 from pinchoff.model.parameters import Parameters
+from pinchoff.studies.emulsion_sizes import SizeStudy, study_sizes
+from pinchoff.studies.isolated_pillar import isolated_pillar
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
@@ -30,8 +37,11 @@ from pinchoff.support.files import read_toml
 from pinchoff.support.quantities import positive_magnitude_of
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from pinchoff.chamber.periodic_flow import ArrayFlow
     from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.flow import Flow
     from pinchoff.support.progress import Show
 
 _KINDS: dict[str, Callable[..., PillarArray]] = {
@@ -41,10 +51,18 @@ _KINDS: dict[str, Callable[..., PillarArray]] = {
     "disordered": arrays.disordered,
     "file": arrays.read,
 }
+"""Makers of arrays, by kind; ``chamber`` is the device of `pinchoff.chamber`."""
 _LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _RUN = {"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0, "seed": 0, "outlines": True}
-_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets")
+_STOP = "stop_when_steady"
+_TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
 _PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
+STRETCHES = 20
+"""After each of these parts of a run it is looked whether sizes are steady, if that may end it."""
+
+_SAME_TIME = 0.01  # t0; less than a window
+_REFERENCES = 7  # diameters for which the line of a pillar alone is sought
+_PAD = 2.0  # of the flow's samples beyond the cell, D0
 _PLACES = 20_000  # tried for a droplet before the cell counts as full
 
 
@@ -68,8 +86,13 @@ class EmulsionDesign:
     inlet : Inlet or None
     droplets : ndarray, shape (K, 3)
         Those that are there at the start.
+    coalescence : Coalescence or None
+        None: droplets do not merge.
     settings : dict
         Of `pinchoff.simulate_emulsion`: interval, smallest_breaking, checkpoint, seed, outlines.
+    stop_when_steady : bool
+        Whether a run may end before its time: at the first of `STRETCHES` equal stretches after
+        which its sizes are steady.
     """
 
     parameters: Parameters
@@ -79,7 +102,9 @@ class EmulsionDesign:
     time: float
     inlet: Inlet | None
     droplets: Floats
+    coalescence: Coalescence | None = None
     settings: dict[str, Any] = field(default_factory=dict)
+    stop_when_steady: bool = False
 
     @classmethod
     def from_toml(cls, path: str | os.PathLike[str]) -> EmulsionDesign:
@@ -102,10 +127,13 @@ class EmulsionDesign:
         ----------
         config : mapping
             ``time`` and, if wanted, ``interval``, ``smallest_breaking``, ``checkpoint``, ``seed``
-            and ``outlines`` of `pinchoff.simulate_emulsion`; tables ``array`` (``kind`` and the
-            arguments of `pinchoff.arrays`, ``before`` and ``behind``), ``flow`` (``thickness``,
+            and ``outlines`` of `pinchoff.simulate_emulsion`, and ``stop_when_steady``; tables
+            ``array`` (``kind`` and the arguments of `pinchoff.arrays`, or ``kind = "chamber"`` and,
+            if wanted, the ``path`` of a device's file; ``before`` and ``behind``), ``flow``
+            (``thickness``,
             ``mean_speed`` or ``pressure_gradient``), ``parameters``, and ``inlet`` or
-            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``). With ``physical``
+            ``droplets`` (``places``, or ``diameters`` and ``area_fraction``), and ``coalescence``
+            (the arguments of `pinchoff.Coalescence`) where droplets merge. With ``physical``
             (diameter, speed, viscosity, surface_tension) lengths of the other tables may have
             units.
         beside : Path, optional
@@ -128,16 +156,19 @@ class EmulsionDesign:
         >>> design.periodic, design.inlet.top
         ('y', 3.0)
         """
-        _require_known("", config, ("time", *_RUN, *_TABLES))
+        _require_known("", config, ("time", _STOP, *_RUN, *_TABLES))
+        for name in ("outlines", _STOP):
+            if not isinstance(config.get(name, False), bool):
+                raise InputError.of(name, "true or false", config[name], "write it without quotes")
         tables = {name: _table(config, name) for name in _TABLES if name in config}
         for name in ("array", "flow"):
             if name not in tables:
                 raise InputError.of(name, "a table", "nothing", f"write [{name}]")
         diameter_um = _diameter_um(tables)
-        for name in tables.keys() - {"parameters", "physical"}:
+        for name in tables.keys() - {"parameters", "physical", "coalescence"}:
             tables[name] = _in_diameters(name, tables[name], diameter_um)
         seed = checked_whole("seed", config.get("seed", 0), "use 0", low=0)
-        array = _array(tables["array"], beside or Path())
+        array = _array(tables["array"], beside or Path(), diameter_um)
         flow = tables["flow"]
         _require_known("flow", flow, ("thickness", "mean_speed", "pressure_gradient"))
         if "thickness" not in flow:
@@ -161,8 +192,10 @@ class EmulsionDesign:
             {name: float(value) for name, value in flow.items() if name != "thickness"},
             checked_positive("time", config.get("time"), "give it in t0"),
             _inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
-            _droplets(tables["droplets"], array, seed) if "droplets" in tables else _NONE,
+            _droplets(tables.get("droplets"), array, parameters, seed),
+            _coalescence(tables["coalescence"]) if "coalescence" in tables else None,
             {**_RUN, **{name: config[name] for name in _RUN if name in config}},
+            bool(config.get(_STOP, False)),
         )
 
     @property
@@ -187,23 +220,72 @@ class EmulsionDesign:
         **options
             Of `pinchoff.simulate_emulsion`: threads and progress.
         """
+        sampled = flow.sampled(pad=_PAD, periodic=self.periodic)
+        if not self.stop_when_steady:
+            return self._run_until(self.time, sampled, out, options)
+        run = self._run_until(self.time / STRETCHES, sampled, out, options)
+        for k in range(1, STRETCHES + 1):
+            end = self.time * k / STRETCHES
+            # A run that goes on after a stop has passed these ends without being steady.
+            if end < run.time - _SAME_TIME:
+                continue
+            run = self._run_until(end, sampled, out, options)
+            if self._is_steady(run, flow):
+                break
+        return run
+
+    def _is_steady(self, run: Emulsion, flow: ArrayFlow) -> bool:
+        try:
+            return self.study(run, flow).steady is True
+        except InputError:  # too few frames so far
+            return False
+
+    def _run_until(
+        self, time: float, flow: Flow, out: Path, options: Mapping[str, Any]
+    ) -> Emulsion:
         return simulate_emulsion(
             self.parameters,
-            time=self.time,
+            time=time,
             droplets=self.droplets if self.inlet is None else None,
             obstacles=self.array,
-            flow=flow.sampled(pad=2.0),
+            flow=flow,
             periodic=self.periodic,
             inlet=self.inlet,
             outlet=None if self.inlet is None else self.array.length,
+            coalescence=self.coalescence,
             out=out,
             resume=True,
             **self.settings,
             **options,
         )
 
+    def isolated(
+        self, contacts: pd.DataFrame, flow: ArrayFlow, threads: int | None = None
+    ) -> pd.DataFrame | None:
+        """Return the line of a pillar alone in this flow, for the diameters of contacts.
 
-_NONE = np.empty((0, 3))
+        None where there is none: in plane Stokes flow, with pillars of several radii, with necks
+        that break at a thickness of their own, or without contacts.
+        """
+        radii = self.array.circles[:, 2]
+        fixed = self.parameters.neck_thickness_unit != "diameter"
+        if self.thickness == math.inf or np.ptp(radii) > 1e-6 or fixed or not len(contacts):
+            return None
+        found = contacts["diameter"].to_numpy(np.float64)
+        low, high = max(found.min(), radii[0]), found.max()
+        diameters = np.geomspace(low, high, _REFERENCES) if high > 1.02 * low else np.array([high])
+        speed = flow.mean_velocity[0]
+        return isolated_pillar(
+            self.parameters, float(radii[0]), self.thickness, diameters, speed, threads
+        )
+
+    def study(self, run: Emulsion, flow: ArrayFlow) -> SizeStudy:
+        """Return the sizes and rates of a run.
+
+        In a cell that repeats itself a residence time is what the fluid takes through the cell.
+        """
+        residence = None if self.inlet else self.array.length / flow.mean_velocity[0]
+        return study_sizes(run.sizes, run.events, residence_time=residence)
 
 
 def _table(config: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -254,19 +336,19 @@ def _in_diameters(
     return {name: read(name, v) if name in lengths else v for name, v in table.items()}
 
 
-def _array(table: Mapping[str, Any], beside: Path) -> PillarArray:
+def _array(table: Mapping[str, Any], beside: Path, diameter_um: float | None) -> PillarArray:
     kind = table.get("kind")
-    if not isinstance(kind, str) or kind not in _KINDS:
-        raise unknown_name("array.kind", "a kind of array", kind, _KINDS)
-    maker = _KINDS[kind]
-    wanted = tuple(inspect.signature(maker).parameters)
+    kinds = (*_KINDS, "chamber")
+    if not isinstance(kind, str) or kind not in kinds:
+        raise unknown_name("array.kind", "a kind of array", kind, kinds)
+    wanted = ("path",) if kind == "chamber" else tuple(inspect.signature(_KINDS[kind]).parameters)
     _require_known("array", table, ("kind", "before", "behind", *wanted))
     missing = next((name for name in wanted if name not in table), None)
-    if missing is not None:
+    if missing is not None and kind != "chamber":
         rule = f"given for a {kind} array" if kind != "file" else "given for an array of a file"
         raise InputError.of(f"array.{missing}", rule, "nothing", "write it under [array]")
-    values = {name: table[name] for name in wanted}
-    if kind == "file":
+    values = {name: table[name] for name in wanted if name in table}
+    if "path" in values:
         if not isinstance(values["path"], str):
             raise InputError.of("array.path", "the name of a file", values["path"], "quote it")
         values["path"] = beside / values["path"]
@@ -274,14 +356,29 @@ def _array(table: Mapping[str, Any], beside: Path) -> PillarArray:
         checked_number(f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0)
         for name in ("before", "behind")
     ]
-    try:
-        array = maker(**values)
-    except InputError as error:
-        raise error.within("array") from None
+    if kind == "chamber":
+        array = _imaging(values.get("path"), diameter_um)
+    else:
+        try:
+            array = _KINDS[kind](**values)
+        except InputError as error:
+            raise error.within("array") from None
     if not any(margins):
         return array
     moved = array.circles + np.array([margins[0], 0.0, 0.0])
     return PillarArray(moved, array.length + sum(margins), array.width)
+
+
+def _imaging(path: Path | None, diameter_um: float | None) -> PillarArray:
+    """Return the imaging area of a device, the paper's or that of a file, in D0."""
+    from pinchoff.chamber.design import Chamber
+    from pinchoff.chamber.periodic_flow import imaging_array
+
+    chamber = Chamber() if path is None else Chamber.from_toml(path)
+    array = imaging_array(chamber)
+    if diameter_um is None:
+        return array
+    return array.scaled(chamber.operation.droplet_diameter_um / diameter_um)
 
 
 def _parameters(
@@ -319,8 +416,20 @@ def _inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: PillarAr
     return Inlet(**{"x": 0.0, "bottom": 0.0, "top": array.width, **table})
 
 
-def _droplets(table: Mapping[str, Any], array: PillarArray, seed: int) -> Floats:
+def _coalescence(table: Mapping[str, Any]) -> Coalescence:
+    _require_known("coalescence", table, tuple(inspect.signature(Coalescence).parameters))
+    if "drainage" not in table:
+        advice = "write K, or inf where contacts are only recorded"
+        raise InputError.of("coalescence.drainage", "given", "nothing", advice)
+    return Coalescence(**table)
+
+
+def _droplets(
+    table: Mapping[str, Any] | None, array: PillarArray, parameters: Parameters, seed: int
+) -> Floats:
     """Return the droplets of the start: those that are named, or some at random places."""
+    if table is None:
+        return np.empty((0, 3))
     _require_known("droplets", table, ("places", "diameters", "area_fraction"))
     if "places" in table:
         if len(table) > 1:
@@ -343,7 +452,7 @@ def _droplets(table: Mapping[str, Any], array: PillarArray, seed: int) -> Floats
     while sum(math.pi / 4 * d**2 for *_, d in placed) < wanted:
         size = float(generator.choice(sizes))
         places = generator.random((_PLACES, 2)) * period
-        reach = size / 2 + CLEARANCE
+        reach = size / 2 + 1.001 * start_clearance(parameters)
         near, which = pillars.query(places, k=min(3, len(array.circles)))
         near, which = near.reshape(_PLACES, -1), which.reshape(_PLACES, -1)
         free = (near - array.circles[which, 2] > reach).all(axis=1)

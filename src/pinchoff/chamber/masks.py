@@ -60,7 +60,7 @@ def layers(chamber: Chamber) -> dict[str, BaseGeometry]:
 
 
 def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
-    """Return what is clear on the mask: channels and marks, or on a bright field all the rest."""
+    """Return the clear part of the mask: channels and marks, or all but these."""
     drawn = shapely.union_all([layout.fluid, *layout.marks.values()])
     if polarity == "dark-field":
         return drawn

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def design_record(chamber: Chamber, violations: Sequence[Violation] = ()) -> dict[str, Any]:
-    """Return what goes into design.json; units are in the names."""
+    """Return the content of design.json; units are in the names."""
     from pinchoff import __version__
 
     layout = chamber.layout

@@ -109,7 +109,7 @@ def _violation(rule: str, shape: BaseGeometry, says: str) -> Violation:
 
 
 def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
-    """Return what of a shape is at least so wide, keeping its corners."""
+    """Return the parts of a shape that are at least this wide, with their corners."""
     half = width / 2
     kept = shape.buffer(-half, join_style="mitre", mitre_limit=_MITRE)
     return kept.buffer(half, join_style="mitre", mitre_limit=_MITRE)

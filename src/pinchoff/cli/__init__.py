@@ -46,7 +46,6 @@ _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for th
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
-    add_completion=False,
     rich_markup_mode="rich",
 )
 _COMMANDS = {
@@ -180,7 +179,7 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
 
 
 def _given_to(option: str, given: Sequence[str]) -> str:
-    """Return what stands behind an option."""
+    """Return the value that follows an option."""
     for k, text in enumerate(given):
         if text.startswith(f"{option}="):
             return text.partition("=")[2]

@@ -77,12 +77,13 @@ def boundary(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Find the symmetry at which droplets begin to break.
+    r"""Find the symmetry at which droplets begin to break.
 
-    The points are all combinations of the lists; at each the droplet's offset is varied. Without
-    options it is the paper's separating line. DIR gets
+    The points are all combinations of the lists; at each the droplet's offset
+    is varied. Without options it is the paper's separating line. DIR gets
 
-    - boundary.parquet, boundary.csv: a bracket for each point, and what was found there
+    - boundary.parquet, boundary.csv: a bracket for each point, and what was
+      found there
     - runs.parquet: every collision
     - fit.json: α and β with their intervals
     - separating_line.png: runs and lines
@@ -97,7 +98,8 @@ def boundary(
 
     pinchoff boundary --model front-tracking --out front
 
-    pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 --out appendix-c
+    pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 \
+    --out appendix-c
     """
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])

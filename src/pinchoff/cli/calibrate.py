@@ -79,12 +79,14 @@ def calibrate(
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
-    """Choose constants so that droplets break where a target says.
+    r"""Choose constants so that droplets break where a target says.
 
-    Every evaluation is a simulated separating line. DIR keeps them as they are made: the same
-    command takes up where an earlier one was stopped, and other settings are refused. DIR gets
+    Every evaluation is a simulated separating line. DIR keeps them as they
+    are made: the same command takes up where an earlier one was stopped, and
+    other settings are refused. DIR gets
 
-    - calibration.json: the best constants, sensitivities, the conversion Ca = c Ca_sim
+    - calibration.json: the best constants, sensitivities, the conversion Ca =
+      c Ca_sim
     - line.png: the line before and after, and the target
     - landscape_*.png: the objective over pairs of constants
     - sensitivity.csv: how S_c answers to each constant
@@ -92,11 +94,14 @@ def calibrate(
 
     [bold]Examples[/bold]
 
-    pinchoff calibrate paper-simulation --free edge_stiffness --free neck_thickness --out fit
+    pinchoff calibrate paper-simulation --free edge_stiffness \
+    --free neck_thickness --out fit
 
-    pinchoff calibrate 0.083,-0.74,0.04,0.2 --free edge_stiffness=1,6 --grid 0 --out fit
+    pinchoff calibrate 0.083,-0.74,0.04,0.2 --free edge_stiffness=1,6 --grid 0 \
+    --out fit
 
-    pinchoff calibrate collisions.parquet --free conversion --free edge_stiffness --out mine
+    pinchoff calibrate collisions.parquet --free conversion \
+    --free edge_stiffness --out mine
     """
     folder = results_folder(out)
     aim, constants = _target(target), _bounds(free) if free else None

@@ -101,7 +101,8 @@ def chamber(
 
     Without options it is the paper's device. DIR gets
 
-    - chamber.gds, chamber.oas, chamber.dxf: the photomask, a layer for each region
+    - chamber.gds, chamber.oas, chamber.dxf: the photomask, a layer for each
+      region
     - chamber.scad, chamber.stl: the relief of the mould
     - chamber.svg, chamber.png: the regions, coloured and numbered
     - design.json: parameters, pillar positions, areas, layers
@@ -135,7 +136,7 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file, with what the command line says in place of it.
+    """Return the device of a file; the command line overrides it.
 
     Raises
     ------

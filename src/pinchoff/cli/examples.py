@@ -38,8 +38,8 @@ def examples(
     - chamber.toml: for pinchoff chamber
     - emulsion.toml: for pinchoff emulsion
     - mine.csv: a synthetic table as a laboratory keeps it, for pinchoff fit
-    - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff video; left out where
-      the extra "video" is not installed
+    - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff
+      video; left out where the extra "video" is not installed
 
     [bold]Examples[/bold]
 

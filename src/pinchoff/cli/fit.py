@@ -96,8 +96,8 @@ def fit(
     r"""Fit the break-up law to a table of collisions.
 
     The columns symmetry and broke must be there. Ca, Ã and z̃ are
-    capillary_number, normalized_area and normalized_thickness, or follow
-    from area or diameter, obstacle_radius, thickness, viscosity, speed and
+    capillary_number, normalized_area and normalized_thickness, or follow from
+    area or diameter, obstacle_radius, thickness, viscosity, speed and
     surface_tension, with units in their names (area_mm2) or behind --unit.
     Impossible rows are set aside and listed. DIR gets
 

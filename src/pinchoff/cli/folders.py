@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 
 
 def results_folder(text: str) -> Path:

@@ -66,8 +66,8 @@ def reproduce(
 ) -> None:
     r"""Remake the figures and numbers of the paper, ours beside its own.
 
-    What is in DIR already is not made again: the same command goes on
-    where an earlier one was stopped. DIR gets
+    What is in DIR already is not made again: the same command goes on where
+    an earlier one was stopped. DIR gets
 
     - report.html: everything on one page, with verdicts
     - figure_1.png, figure_1.pdf, …: the figures

@@ -54,19 +54,19 @@ def sweep(
 ) -> None:
     r"""Simulate every point of a design, into a table.
 
-    CONFIG.toml holds fixed parameters as for [bold]pinchoff run[/bold],
-    and under \[vary] a list or a range for every varied one:
+    CONFIG.toml holds fixed parameters as for [bold]pinchoff run[/bold], and
+    under \[vary] a list or a range for every varied one:
 
     - offset = \[0.0, 0.1, 0.2]
     - offset = { min = 0.0, max = 0.4, count = 9 }
     - line_tension = { min = 5, max = 80, count = 9, scale = "log" }
 
-    All combinations are run. With design = "sobol", "latin-hypercube"
-    or "random", samples points are drawn instead, the same ones for
-    the same seed; ranges then have no count.
+    All combinations are run. With design = "sobol", "latin-hypercube" or
+    "random", samples points are drawn instead, the same ones for the same
+    seed; ranges then have no count.
 
-    DIR gets the collisions table as Parquet parts and _sweep.json.
-    A sweep that was stopped, in any way, goes on with the same command.
+    DIR gets the collisions table as Parquet parts and _sweep.json. A sweep
+    that was stopped, in any way, goes on with the same command.
 
     [bold]Examples[/bold]
 

@@ -220,13 +220,13 @@ def _with_unit(frame: pd.DataFrame, name: str) -> str | None:
 
 
 def _bare(column: object) -> str | None:
-    """Return what stands before a unit in brackets: ``area (µm²)``."""
+    """Return a name without its unit in brackets, as in ``area (µm²)``."""
     found = _IN_BRACKETS.fullmatch(str(column).strip())
     return _key(found[1]) if found else None
 
 
 def _told_unit(column: str) -> str | None:
-    """Return the unit with which a column's name ends, the longest that fits."""
+    """Return the unit at the end of a column's name; the longest that fits."""
     found = _IN_BRACKETS.fullmatch(column.strip())
     if found and is_unit(found[2]):
         return found[2]

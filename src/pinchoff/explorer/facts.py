@@ -50,7 +50,7 @@ _LINE_LABELS = {
 
 
 def facts() -> dict[str, Any]:
-    """Return what the page is built with, fit for JSON.
+    """Return the data of the page, ready for JSON.
 
     Returns
     -------

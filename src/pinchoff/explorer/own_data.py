@@ -118,7 +118,7 @@ def _of_run(folder: Path) -> pd.DataFrame:
 
 
 def _of_table(place: Path, own: Mapping[str, Mapping[str, str]]) -> tuple[pd.DataFrame, list[str]]:
-    """Read a sweep or a table of ours as it stands, and any other as `pinchoff fit` does."""
+    """Read our own tables as they are, and any other table as `pinchoff fit` does."""
     from pinchoff.collisions.importing import import_collisions
     from pinchoff.collisions.parquet import read_collisions
     from pinchoff.collisions.reading import read_table

@@ -109,7 +109,7 @@ def _draw_shape(axes: Axes, comparison: Comparison) -> None:
 
 
 def _draw_lag(axes: Axes, comparison: Comparison) -> None:
-    """Draw what curves over the place hide: that one of the two is there earlier."""
+    """Draw the lag between film and simulation, which curves over the place hide."""
     ahead = comparison.simulated[:, 0] - comparison.filmed[:, 0]
     axes.plot(comparison.filmed[:, 0], ahead, color=palette.SIMULATED)
     axes.axhline(0.0, color="0.6", lw=0.6, ls=":", zorder=0)

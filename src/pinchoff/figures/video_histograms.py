@@ -69,6 +69,7 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
                 color=[palette.BROKE, palette.UNBROKEN],
                 label=["broke", "did not"],
             )
+            panel.yaxis.get_major_locator().set_params(integer=True)
         panels[0].set_ylabel("collisions")
         named = panels[0].get_legend_handles_labels()
         figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars

@@ -58,7 +58,7 @@ _NARROWEST = 1e-3  # w at which the search for its upper bound begins
 
 
 class _Found(NamedTuple):
-    """Where the likelihood is greatest, or what stands for it where there is no such place.
+    """The maximum of the likelihood, or a substitute where there is none.
 
     The numbers in ``values`` are on the scale of `Form.scaled`, w among them unless there is a
     step. ``held`` and ``narrowest`` are as of `profile_intervals`.
@@ -408,7 +408,7 @@ def fit_law(
 
 
 def _freed(table: pd.DataFrame, free: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what is free: with the radius area and, where the rows decide it, thickness."""
+    """Return the free quantities; the radius frees area and, if rows decide it, thickness."""
     if "radius" not in free:
         return free
     everything = free_names((*free, "area", "thickness"))
@@ -468,7 +468,7 @@ def _require_law(values: dict[str, float], coefficients: Floats) -> dict[str, fl
 
 
 def _warn_of_left_out(fit: LawFit) -> None:
-    """Warn of collisions for which logarithms have no place; others are counted in left_out."""
+    """Warn of collisions with S = 0, which have no logarithm."""
     count = fit.left_out.get(NO_SYMMETRY, 0)
     if count:
         rows = counted(count, "collision") + (" is" if count == 1 else " are")

@@ -188,7 +188,7 @@ def maximum(
             if trial.value >= slope.value - _ROUND_OFF * abs(slope.value):
                 break
             step = step / 2
-        else:  # nothing ascends any more: round-off
+        else:  # no step raises the likelihood any more: only round-off is left
             return _end(constraint, free, slope, iteration, converged=True)
         free, slope = free + step, trial
     return _end(constraint, free, slope, _MOST_ITERATIONS, converged=False)

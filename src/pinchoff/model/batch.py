@@ -77,7 +77,7 @@ def _model_row(parameters: Parameters, number: int) -> NDArray[np.float64]:
 
 
 def varied_columns(names: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of those parameters that a table does not show anyway, by parameter.
+    """Return columns for the varied parameters that a table would not show otherwise.
 
     Parameters
     ----------

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CHECKPOINT_NAME = "checkpoint.npz"
-FORMAT = 1
+FORMAT = 2
 """Of the state in a checkpoint; it changes when the state does."""
 
 
@@ -109,7 +109,9 @@ class EmulsionFolder:
             rule, reason = "a folder that can be made", error.strerror or str(error)
             raise InputError.of("out", rule, f"{self.path} ({reason})", "choose another") from None
         for name in ("events", "sizes", "outlines"):
-            for path in self._pieces(name):  # of a run that was killed after its last checkpoint
+            for path in self._pieces(
+                name
+            ):  # left by a run that was killed after its last checkpoint
                 if int(path.stem.rsplit("-", 1)[1]) >= self._piece:
                     path.unlink()
         return state

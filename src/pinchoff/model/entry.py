@@ -205,7 +205,7 @@ def _kind(annotation: object, entry: Entry) -> str:
 
 
 def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | None:
-    """Return a docstring in which the entries stand in place of ``**values``."""
+    """Return a docstring with the entries written out in place of ``**values``."""
     if docstring is None:  # python -OO
         return None
     lines = docstring.splitlines()

@@ -277,7 +277,7 @@ _KIND_SIZES = np.array([0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1])  # bytes of a numbe
 
 
 def _require_whole(path: Path) -> None:
-    """Refuse a file whose index leads out of it: the library would read there, and crash.
+    """Refuse a file whose index points outside of it; the library would crash.
 
     Raises
     ------
@@ -303,7 +303,7 @@ def _require_whole(path: Path) -> None:
 
 
 def _used(table: npt.NDArray[Any]) -> int:
-    """Return how many entries of an index are in use: those before the first without a place."""
+    """Return how many entries of an index are in use, up to the first empty one."""
     free = np.flatnonzero(table["location"] == 0)
     return int(free[0]) if len(free) else len(table)
 
@@ -311,7 +311,7 @@ def _used(table: npt.NDArray[Any]) -> int:
 def _require_entries(table: npt.NDArray[Any], size: int, names: int) -> None:
     kinds = table["kind"].astype(np.intp)
     known = (kinds > 0) & (kinds < len(_KIND_SIZES)) & (table["name"] < names)
-    # In floating point: what damage has made of a count may overflow a product of integers.
+    # In floating point, because a damaged count may overflow a product of integers.
     numbers = table["rows"].astype(float) * table["columns"]
     ends = table["location"] + numbers * _KIND_SIZES[np.where(known, kinds, 0)]
     inside = (table["location"] >= _HEADER.size) & (ends <= size)

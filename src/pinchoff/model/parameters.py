@@ -198,6 +198,17 @@ class Parameters(Checked):
         follows=f"{WALL_STIFFNESS_PER_LINE_TENSION:g} γ̃",
         model=SPRINGS,
     )
+    contact_angle: Number = parameter(
+        180.0,
+        "the angle at which a droplet meets a pillar, measured in the droplet",
+        symbol="θ",
+        unit="°",
+        low=30,
+        high=180,
+        note="180: the pillars are not wet. Springs make the angle larger.",
+        core_name="adhesion",
+        core=lambda p: (p.line_tension or 1.0) * (1.0 + math.cos(math.radians(p.contact_angle))),
+    )
     start_distance: Number = parameter(
         5.0,
         "how far upstream of the obstacle's centre the droplet starts",

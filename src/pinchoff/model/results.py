@@ -203,7 +203,7 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
 def _speed_columns(
     parameters: Sequence[Parameters], columns: dict[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
-    """Return which speed Ca is made with, and Ca: without contact it has no speed there."""
+    """Return the speed that Ca uses, and Ca; NaN without a contact, if it uses the speed there."""
     own = np.array([p.ca_speed == "contact" for p in parameters], dtype=bool)
     capillary = columns["capillary_number"]
     return {

@@ -290,7 +290,7 @@ def _varied(parts: Sequence[Mapping[str, NDArray[Any]]], said: set[str]) -> list
 
 
 class _Recorder:
-    """Outlines of some of many runs, each of which is run once more for them."""
+    """The outlines of chosen runs, each of which is simulated a second time to record them."""
 
     def __init__(self, wanted: bool | Iterable[int], flow: Flow | None) -> None:
         self._all = wanted is True
@@ -370,7 +370,7 @@ def _require_parameters(name: str, value: object) -> None:
 
 
 def require_flow(flow: object) -> None:
-    """Refuse what is no flow."""
+    """Refuse anything that is not a flow."""
     if not isinstance(flow, Flow):
         advice = "build it with pinchoff.flow.stokes, uniform or sampled"
         raise InputError.of("flow", "a flow", flow, advice)

@@ -23,7 +23,7 @@ from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.records import Shape, read_record
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Reproduction:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return settings, numbers and what figures there are, fit for JSON."""
+        """Return settings, numbers and the figures that exist, ready for JSON."""
         return {
             **self.settings,
             "figures": [made.figure.name for made in self.figures],

@@ -135,7 +135,7 @@ _RULES: dict[int | None, tuple[str, str]] = {
     errno.EMFILE: ("among few open files", "allow more open files (ulimit -n)"),
     errno.EAGAIN: (
         "done with as many threads and processes as the system allows",
-        "allow more (ulimit -u), or lower --workers",
+        "allow more (ulimit -u), or run fewer threads",
     ),
 }
 _OTHER = "what the system can read and write", "see whether its disk is in order"

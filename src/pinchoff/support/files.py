@@ -43,7 +43,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     except RecursionError:
         got = "brackets nested too deeply"
         raise InputError.of(str(path), "a TOML file", got, "correct it there") from None
-    except ValueError as error:  # not UTF-8, not TOML, or an absurdly long number
+    except ValueError as error:  # text that is not UTF-8 or not TOML, or an absurdly long number
         raise InputError.of(str(path), "a TOML file", str(error), "correct it there") from None
 
 

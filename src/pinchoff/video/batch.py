@@ -19,7 +19,7 @@ from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder, made_folder
+from pinchoff.support.locks import held_folder, made_folder
 from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder
@@ -231,7 +231,7 @@ def _frame_count(jobs: Sequence[Job]) -> int | None:
     for job in jobs:
         try:
             count = clip_of(job.source, job.settings).frame_count
-        except Exception:  # whatever is wrong with it is told when its turn comes
+        except Exception:  # an error in it is reported when it is read
             continue
         if count is None:
             return None
@@ -276,6 +276,9 @@ def _reason(source: Path, error: Exception) -> str:
         return str(error)
     if isinstance(error, OSError) and is_full(error):
         return str(refused_by_system(error))
+    if isinstance(error, FileNotFoundError) and not source.exists():
+        rule, advice = "a clip that is there", "check its name"
+        return str(InputError.of(str(source), rule, "no such file", advice))
     got = " ".join(f"{type(error).__name__}: {error}".split())
     advice = "see whether a player or Fiji opens it, and save it anew from there"
     return str(InputError.of(str(source), "a clip that can be measured", got, advice))

@@ -18,7 +18,7 @@ import pandas as pd
 from pinchoff.model.outlines import Outlines
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.video import clip_folder
 from pinchoff.video.batch import CLIPS
 from pinchoff.video.settings import VideoSettings

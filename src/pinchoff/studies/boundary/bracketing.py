@@ -136,7 +136,7 @@ class Search:
         return self._sections()
 
     def take(self, trials: Sequence[Trial]) -> None:
-        """Take what came of the offsets that were wanted."""
+        """Take the outcomes at the offsets that were asked for."""
         if self._trials and trials[0].offset > self._trials[-1].offset:
             self._blocks += 1
         elif self._trials:

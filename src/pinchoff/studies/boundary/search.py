@@ -222,7 +222,7 @@ def boundary(
 
 
 class _Runner:
-    """Runs what the searches want, and keeps all of it."""
+    """Runs the collisions that the searches ask for, and keeps them."""
 
     def __init__(
         self,
@@ -316,7 +316,7 @@ def _values(name: str, given: object) -> list[Any]:
 
 
 def _reach(point: Parameters) -> float:
-    r"""Return an offset near that of a grazing contact, for the scan to start with.
+    r"""Return an offset near a grazing contact, where the scan starts.
 
     It is the streamline of [paper, eq. v_r fluid], of stream function
     :math:`\psi = y\,(\ln(r/R) - 1/2 + R^2/2r^2)`, which passes the obstacle at D0/2; a droplet that

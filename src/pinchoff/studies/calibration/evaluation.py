@@ -84,7 +84,7 @@ class Evaluation:
 
 
 def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
-    """Return one critical symmetry for the runs of one point, whatever its status.
+    """Return the critical symmetry of one point, also where its status is not "found".
 
     It is the middle between the smallest S that broke and the next smaller one that did not (0
     without one), and at least `LEAST_SYMMETRY`. Where nothing broke it is the thinnest neck of
@@ -176,7 +176,7 @@ class Evaluator:
         return len(self._known)
 
     def parameters(self, changes: Mapping[str, float]) -> Parameters:
-        """Return the model with some constants changed; `CONVERSION` is none of its own."""
+        """Return the model with some constants changed; `CONVERSION` is none of them."""
         constants = {name: value for name, value in changes.items() if name != CONVERSION}
         return self._base.replace(**constants)
 

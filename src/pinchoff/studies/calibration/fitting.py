@@ -26,7 +26,7 @@ from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.progress import progress_bar, wanted_progress
 
@@ -68,7 +68,7 @@ _FIRST_STEP = 0.15  # in parts of the bounds
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Drawable):
-    """Constants with which the simulated line is nearest to a target, and how firmly.
+    """The constants that bring the simulated line nearest to a target, and their sensitivities.
 
     Attributes
     ----------
@@ -206,7 +206,8 @@ def calibrate(
     Examples
     --------
     >>> import pinchoff as po
-    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, points=3,
+    >>> coarse = po.Parameters(vertex_count=48)
+    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
     ...                      width=0.02, scan=8, evaluations=6)
     >>> found.best.objective <= found.start.objective
     True

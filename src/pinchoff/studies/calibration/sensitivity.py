@@ -128,7 +128,7 @@ def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
 
 
 def _ends(name: str, model: Parameters) -> tuple[float, float]:
-    """Return values below and above that of the model, or its own where one is not allowed."""
+    """Return a value below and one above the model's; the model's own where one is not allowed."""
     value = getattr(model, name)
     if name == "vertex_count":
         steps = (value / _VERTEX_STEP, value * _VERTEX_STEP)

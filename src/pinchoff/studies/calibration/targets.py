@@ -114,7 +114,7 @@ class LineTarget:
 
 
 class CollisionsTarget:
-    """Measured collisions, and how well a simulated line tells those that broke from the rest.
+    """Measured collisions as a target: how well a simulated line separates those that broke.
 
     They are read and checked as for `pinchoff.fit_law`, and the same rows are used. Sizes differ
     from row to row; the model has one, their median.
@@ -241,7 +241,7 @@ PRESETS: Mapping[str, LineTarget] = {
 
 
 def as_target(target: object) -> Target:
-    """Make a target of what stands for one.
+    """Make a target from a name, a line, a file or a table.
 
     Parameters
     ----------

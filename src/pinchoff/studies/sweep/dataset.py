@@ -22,7 +22,7 @@ from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_ch
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
-from pinchoff.support.folders import held_folder
+from pinchoff.support.locks import held_folder
 from pinchoff.support.records import Shape, read_record
 
 MANIFEST = "_sweep.json"

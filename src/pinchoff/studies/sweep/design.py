@@ -182,7 +182,7 @@ class SweepDesign:
             **sample,
             "parameters": kept,
             **({} if self.physical is None else {"physical": self.physical}),
-            # In a grid the order decides which point has which number.
+            # The order of a grid's axes numbers its points.
             "vary": {axis.name: axis.configuration for axis in self.axes},
         }
 

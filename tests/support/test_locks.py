@@ -9,14 +9,14 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import pinchoff as po
-from pinchoff.support.folders import held_file, held_folder
+from pinchoff.support.locks import held_file, held_folder
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows locks no folders")
 
 HOLDS = """
 import sys
 from pathlib import Path
-from pinchoff.support.folders import held_file, held_folder
+from pinchoff.support.locks import held_file, held_folder
 held = {"folder": held_folder, "file": held_file}[sys.argv[1]]
 with held(Path(sys.argv[2])):
     print("held", flush=True)
