@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pinchoff.model.outlines import Outlines
+from pinchoff.model.run_files import read_run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -118,8 +118,8 @@ def simulated_film(folder: Path) -> dict[int, Any]:
     if not path.is_file():
         return {}
     outlines = Outlines.load(path)
-    report = json.loads((folder / "collision.json").read_text(encoding="utf-8"))
-    contact = report["results"].get("contact_time") or 0.0
+    contact = read_run(folder / "collision.json").row["contact_time"]
+    contact = contact if contact == contact else 0.0
     kept = [k for k, t in enumerate(outlines.times.tolist()) if t - contact >= -_BEFORE]
     frames = [[o.vertices for o in outlines[k]] for k in kept]
     times = [float(outlines.times[k]) - contact for k in kept]

@@ -320,7 +320,12 @@ def _run(
         state = folder.begin(resume)
     done = 0
     if state is not None:
-        run.restore(state)
+        try:
+            run.restore(state)
+        except ValueError as error:
+            advice = "remove the folder and run again"
+            got = str(error)
+            raise InputError.of(str(result.checkpoint), "a checkpoint", got, advice) from None
         done = round(run.time / WINDOW)
         result._take_count(run)
     else:
