@@ -408,7 +408,7 @@ class Collision(Drawable):
 
         Examples
         --------
-        After ``pinchoff run --out collision``:
+        After ``pinchoff run`` has written the folder ``collision``:
 
         >>> import pinchoff as po
         >>> po.Collision.load("collision")  # doctest: +SKIP
