@@ -34,9 +34,10 @@ def virtual(
 ) -> None:
     """Make a synthetic table of collisions under the paper's five conditions.
 
-    Speeds, diameters and impact parameters are drawn; whether a droplet
-    breaks is drawn from the paper's law, or with --engine simulated, which
-    gives daughters and necks too. The source of every row says "synthetic".
+    Speeds, diameters and impact parameters are drawn at random. Whether a
+    droplet breaks is drawn from the paper's law. With --engine it is
+    simulated, which gives daughters and necks too. The source of every row says
+    "synthetic".
 
     [bold]Examples[/bold]
 
