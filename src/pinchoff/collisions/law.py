@@ -183,7 +183,7 @@ def as_line(line: LineLike) -> Line:
     found = line if isinstance(line, Line) else getattr(line, "line", None)
     if not isinstance(found, Line):
         raise InputError.of(
-            "line", "a separating line", line, "use pinchoff.collisions.law.Line(0.083, -0.74)"
+            "line", "a separating line", line, "use pinchoff.Line(0.083, -0.74)"
         )
     return found
 
