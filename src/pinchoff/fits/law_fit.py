@@ -52,8 +52,8 @@ if TYPE_CHECKING:
 FEW_ROWS = 20
 """Fewer collisions than this come with a warning."""
 
-_FEW_PER_COEFFICIENT = 10  # of the rarer outcome
-_MOST_OF_FIRST_ORDER = 0.5  # standard error of a logarithm
+_FEW_PER_COEFFICIENT = 10  # rarer outcomes for each coefficient, below which a fit warns
+_MOST_OF_FIRST_ORDER = 0.5  # largest standard error of a logarithm that first order describes
 _NARROWEST = 1e-3  # w at which the search for its upper bound begins
 
 
