@@ -50,7 +50,7 @@ def virtual(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a synthetic table of collisions under the paper's five conditions.
+    r"""Make a synthetic table of collisions under the paper's five conditions.
 
     Speeds, diameters and impact parameters are drawn at random. Whether a
     droplet breaks is drawn from the paper's law. With --engine it is
@@ -64,7 +64,8 @@ def virtual(
 
     pinchoff fit virtual.parquet --free area --free thickness --out law
 
-    pinchoff virtual --engine --set ca_conversion=fixed-film --set ca_speed=contact
+    pinchoff virtual --engine --set ca_conversion=fixed-film \
+    --set ca_speed=contact
     """
     from pinchoff.collisions.parquet import require_table_name, write_collisions
     from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment
