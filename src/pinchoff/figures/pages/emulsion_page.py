@@ -115,7 +115,7 @@ def _tell_merging(
 ) -> None:
     page.section("Contacts of droplets, and merging")
     page.paragraph(
-        f"Films drain with K = {how.drainage:g}, which is fitted and not predicted; pairs that part "
+        f"Films drain with K = {how.drainage:g}, which is fitted, not predicted; pairs that part "
         f"merge at C ≥ {1 - how.separation:g}"
         + (" times a random number of mean 1." if how.stochastic else ".")
     )
