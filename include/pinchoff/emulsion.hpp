@@ -14,6 +14,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -643,9 +644,20 @@ inline std::vector<double> Emulsion::state() const {
 }
 
 inline void Emulsion::restore(std::span<const double> state) {
-    const double* next = state.data();
-    const auto number = [&] { return *next++; };
-    const auto whole = [&] { return static_cast<std::int64_t>(*next++); };
+    const double *next = state.data(), *end = next + state.size();
+    const auto number = [&] {
+        if (next == end) throw std::invalid_argument("a state that is cut short");
+        return *next++;
+    };
+    const auto whole = [&] {
+        const double n = number();
+        if (!(std::abs(n) < 0x1p62)) throw std::invalid_argument("a state without its counts");
+        return static_cast<std::int64_t>(n);
+    };
+    const auto counted = [&](std::int64_t n, std::int64_t least = 0) {  // of what follows
+        if (n < least || n > end - next) throw std::invalid_argument("a state without its counts");
+        return static_cast<std::size_t>(n);
+    };
     auto* balance = reinterpret_cast<double*>(&balance_);
     for (int i = 0; i < kBalanceFields; ++i) balance[i] = number();
     next_id_ = whole();
@@ -657,8 +669,8 @@ inline void Emulsion::restore(std::span<const double> state) {
     credit_ = number();
     next_diameter_ = number();
     waited_ = number();
-    films_.resize(static_cast<std::size_t>(whole()));
-    const std::int64_t droplets = whole();
+    films_.resize(counted(whole()));
+    const std::size_t droplets = counted(whole());
     for (Film& f : films_) {
         f.first = static_cast<int>(whole());
         f.second = static_cast<int>(whole());
@@ -669,16 +681,15 @@ inline void Emulsion::restore(std::span<const double> state) {
         f.refused = number() != 0.0;
     }
     droplets_.clear();
-    for (std::int64_t k = 0; k < droplets; ++k) {
-        const int id = static_cast<int>(whole()), generation = static_cast<int>(whole()),
-                  count = static_cast<int>(whole());
-        const std::int64_t contacted = whole();
+    for (std::size_t k = 0; k < droplets; ++k) {
+        const int id = static_cast<int>(whole()), generation = static_cast<int>(whole());
+        const std::size_t count = counted(whole(), 3), contacted = counted(whole());
         const double rest_area = number(), lag = number(), mended = number();
         const double neck_room = number(), thinnest = number();
         const std::uint64_t key = halves();
         const int meetings = static_cast<int>(whole()), bridge = static_cast<int>(whole());
         const double widest = number();
-        std::vector<int> met(static_cast<std::size_t>(contacted));
+        std::vector<int> met(contacted);
         for (int& o : met) o = static_cast<int>(whole());
         std::vector<Vec2> r(count), v(count);
         for (Vec2& p : r) p.x = number();
@@ -699,6 +710,10 @@ inline void Emulsion::restore(std::span<const double> state) {
         d.seen.thinnest = thinnest;
         droplets_.push_back(std::move(d));
     }
+    for (const Film& f : films_)
+        for (const int id : {f.first, f.second})
+            if (std::ranges::find(droplets_, id, &Droplet::id) == droplets_.end())
+                throw std::invalid_argument("a state whose films have no droplets");
 }
 
 }  // namespace pinchoff

@@ -18,8 +18,8 @@
 
 namespace pinchoff {
 
-/// Starts up to `threads` threads with start(t): fewer where the system allows no more, so that work
-/// is slower but done. Rethrows std::system_error where not even one could be.
+/// Starts up to `threads` threads with start(t): fewer where the system allows no more, so that
+/// work is slower but done. Rethrows std::system_error where not even one could be.
 template <class Start>
 int start_threads(int threads, const Start& start) {
     for (int t = 0; t < threads; ++t) {

@@ -198,7 +198,7 @@ def _description(out: Path, parameters: Parameters) -> str:
         report = json.loads((out / RESULTS).read_text(encoding="utf-8"))
         same = report["parameters"] == parameters.model_dump(mode="json")
         version = report["pinchoff_version"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return "it holds an unfinished run"
     if not same:
         return "it holds a run with other parameters"

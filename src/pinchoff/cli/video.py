@@ -219,7 +219,9 @@ def video_settings(
     from pinchoff.video.settings import VideoSettings
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
-    given = dict(table.pop("laboratory", {}))
+    given = table.pop("laboratory", {})
+    if not isinstance(given, dict):
+        raise InputError.of(f"{config}: laboratory", "a table", given, "write it as [laboratory]")
     for name in _LENGTHS:
         text = lengths.get(name)
         if text is not None:

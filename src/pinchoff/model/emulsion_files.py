@@ -17,12 +17,14 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import NonNegativeInt
 
 from pinchoff.collisions.parquet import write_table
 from pinchoff.collisions.schema import Column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.records import Shape, parsed_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,6 +36,12 @@ Floats = NDArray[np.float64]
 CHECKPOINT_NAME = "checkpoint.npz"
 FORMAT = 2
 """Of the state in a checkpoint; it changes when the state does."""
+
+
+class _Header(Shape):
+    format: int
+    piece: NonNegativeInt
+    record: dict[str, Any]
 
 
 @dataclass
@@ -109,18 +117,17 @@ class EmulsionFolder:
         return state
 
     def _read_checkpoint(self) -> Floats:
-        from zipfile import BadZipFile
-
-        place = str(self.checkpoint)
+        place, rule = str(self.checkpoint), "a checkpoint"
+        advice = "remove the folder and run again"
         try:
             with np.load(self.checkpoint, allow_pickle=False) as data:
-                header = json.loads(str(data["header"]))
-                state = np.array(data["state"], dtype=np.float64)
-            format_found, record = header["format"], header["record"]
-            self._piece = int(header["piece"])
-        except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
-            advice = "remove the folder and run again"
-            raise InputError.of(place, "a checkpoint", str(error), advice) from None
+                text = str(data["header"])
+                state = np.array(data["state"], dtype=np.float64).reshape(-1)
+        except Exception as error:  # what damage makes the library raise is of every kind
+            raise InputError.of(place, rule, str(error), advice) from None
+        header = parsed_record(text, place, _Header, rule, advice)
+        format_found, record = header["format"], header["record"]
+        self._piece = header["piece"]
         if format_found != FORMAT:
             advice = "go on with the version of pinchoff that wrote it, or run again"
             raise InputError.of(place, f"of format {FORMAT}", format_found, advice)

@@ -79,7 +79,13 @@ class OutlineWriter:
         }
         self._units = units
         self._box_side = 0.0
-        self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
+        try:
+            self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
+        except OSError:
+            empty = Path(path)
+            if empty.is_file() and empty.stat().st_size == 0:
+                empty.unlink()  # the library had made it, but could not write to it
+            raise
 
     def __enter__(self) -> Self:
         return self

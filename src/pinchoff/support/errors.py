@@ -142,6 +142,17 @@ _OTHER = "what the system can read and write", "see whether its disk is in order
 _CHOSEN = (_CLOSED, _ABSENT, _RULES[errno.EISDIR], _RULES[errno.ENAMETOOLONG])
 
 
+def is_full(error: BaseException) -> bool:
+    """Tell whether the system had no room left for a file.
+
+    Examples
+    --------
+    >>> is_full(OSError(errno.ENOSPC, "No space left on device"))
+    True
+    """
+    return isinstance(error, OSError) and _RULES.get(error.errno) == _FULL
+
+
 def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
     """Make the error for what the system refused, in the one form, with what to do.
 

@@ -70,7 +70,8 @@ def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
         unfinished.replace(path)
     except OSError as error:
         if error.filename is None or Path(os.fsdecode(error.filename)) == unfinished:
-            error.filename = str(path)  # the name that its reader knows
+            with suppress(AttributeError):  # an error of PyAV keeps its name
+                error.filename = str(path)  # the one that its reader knows
         raise
     finally:
         unfinished.unlink(missing_ok=True)

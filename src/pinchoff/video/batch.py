@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 from pinchoff.collisions.parquet import read_collisions
 from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.locks import held_folder, made_folder
 from pinchoff.support.numerals import counted
@@ -272,8 +272,10 @@ def measure_to_folder(
 
 
 def _reason(source: Path, error: Exception) -> str:
-    if isinstance(error, InputError):
+    if isinstance(error, PinchoffError):
         return str(error)
+    if isinstance(error, OSError) and is_full(error):
+        return str(refused_by_system(error))
     if isinstance(error, FileNotFoundError) and not source.exists():
         rule, advice = "a clip that is there", "check its name"
         return str(InputError.of(str(source), rule, "no such file", advice))

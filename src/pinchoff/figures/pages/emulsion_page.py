@@ -115,8 +115,8 @@ def _tell_merging(
 ) -> None:
     page.section("Contacts of droplets, and merging")
     page.paragraph(
-        f"Films drain with K = {how.drainage:g}, which is fitted, not predicted; pairs that part "
-        f"merge at C ≥ {1 - how.separation:g}"
+        f"Films drain with K = {how.drainage:g}, which is fitted and not predicted; pairs that "
+        f"part merge at C ≥ {1 - how.separation:g}"
         + (" times a random number of mean 1." if how.stochastic else ".")
     )
     drawn = figures.pair_contacts(events)
