@@ -96,6 +96,8 @@ def main() -> None:
         axes.axhline(number(symmetry), color=VERMILION, lw=0.8, ls="--")
         axes.axhline(number(symmetry, speed), color=BLUE, lw=0.8, ls="--", label="a pillar alone")
         axes.set(xscale="log", xlabel="gap between pillars ($D_0$)", ylabel="Bk where it breaks")
+        axes.set_xticks(GAPS, [f"{gap:g}" for gap in GAPS])
+        axes.minorticks_off()
         axes.set_ylim(0, 0.4)
         axes.legend(loc="lower right")
         figure.savefig("pillar_distance.png", dpi=300)

@@ -22,14 +22,11 @@ inline void Island::open_bridges() {
     }
 }
 
-/// Adds what one droplet of a pair faces the other with, if anything.
-inline void Island::measure_facing(Look& look, const DropletPair& pair) const {
+/// Adds what one droplet of a pair, whose touches are listed from `first` on, faces the other with.
+inline void Island::measure_facing(Look& look, const DropletPair& pair, std::size_t first) const {
+    if (first == look.lists.touches.size()) return;
     const Ring &a = droplets_[pair.first].ring, &b = droplets_[pair.second].ring;
-    const Box &box_a = look.droplets[pair.first].survey.box,
-              &box_b = look.droplets[pair.second].survey.box;
-    const double spacing = touch_of(a, b).length;
-    if (gap(box_a, shifted(box_b, pair.image)) > spacing) return;
-    const double length = facing_length(look.lists, a, b, box_b, pair.image, spacing);
+    const double length = facing_length(look.lists, first, a, b, pair.image, touch_of(a, b).length);
     if (length > 0.0) look.facings.push_back({pair.first, pair.second, length});
 }
 

@@ -9,6 +9,8 @@ namespace pinchoff {
 
 /// A droplet re-spaced less than this long ago, t0, is not re-spaced again.
 inline constexpr double kMendingInterval = 1.0;
+/// Loops with less than this share of a droplet's area are no more than a thread drawn too thin.
+inline constexpr double kSmallLoop = 0.02;
 /// The box of a droplet that is compared with everybody, D0; and the margin where space repeats.
 inline constexpr double kEverywhere = 1e9;
 inline constexpr double kExhaustiveMargin = 4.0;
@@ -235,12 +237,13 @@ inline Finding Island::look_at_touches(Look& look) const {
             allowed = std::min(allowed, list_own(look.lists, a, i, look.droplets[i].thinnest));
             continue;
         }
+        const std::size_t listed = look.lists.touches.size();
         const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
                                         look.droplets[j].survey.box, pair.image);
         if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
             found.guard == Guard::none)
             found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
-        if (world_->coalescence.follows && i != j) measure_facing(look, pair);
+        if (world_->coalescence.follows && i != j) measure_facing(look, pair, listed);
         allowed = std::min(allowed, room.allowed);
     }
     return found;
@@ -290,13 +293,17 @@ inline void Island::remove(int index) {
     boxes_.clear();
 }
 
-/// A droplet that a guard refuses is re-spaced at its proper area, or, where that does not serve or
-/// has just been tried, taken out.
+/// A droplet that a guard refuses is re-spaced at its proper area, without the loops in which it
+/// crosses itself, or, where that does not serve or has just been tried, taken out.
 inline void Island::mend(const Finding& found) {
     Droplet& d = droplets_[found.droplet];
-    const std::vector<Vec2> r = d.positions();
+    const Shape whole = untangled({d.positions(), d.velocities()});
+    const std::vector<Vec2>& r = whole.r;
     const bool respaceable = found.guard == Guard::area || found.guard == Guard::self_intersection;
-    const bool retired = !respaceable || !(time() - d.mended > kMendingInterval) ||
+    // What small loops have been taken off may be mended again, but not at the same instant.
+    const bool small = found.guard == Guard::self_intersection &&
+                       signed_area(r) > (1.0 - kSmallLoop) * d.ring.rest_area;
+    const bool retired = !respaceable || !(time() - d.mended > (small ? 0.0 : kMendingInterval)) ||
                          !(signed_area(r) > 0.5 * d.ring.rest_area);
     refusals_.push_back(
         {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
@@ -304,15 +311,13 @@ inline void Island::mend(const Finding& found) {
         end_films(d.id);
         return remove(found.droplet);
     }
-    Shape even = respace({r, d.velocities()}, d.ring.count);
+    Shape even = respace(whole, d.ring.count);
     scale_to_area(even, d.ring.rest_area);
     Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
     mended.id = d.id;
     mended.generation = d.generation;
     mended.key = d.key;
     mended.meetings = d.meetings;
-    mended.bridge = d.bridge;
-    mended.widest = d.widest;
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));

@@ -212,7 +212,7 @@ private:
 
     // Coalescence; see coalescence.hpp.
     void open_bridges();
-    void measure_facing(Look& look, const DropletPair& pair) const;
+    void measure_facing(Look& look, const DropletPair& pair, std::size_t first) const;
     void measure_films();
     void run_clocks(std::int64_t steps);
     std::int64_t steps_to_merge() const;

@@ -2,9 +2,15 @@
 
 A page's blocks share a folder with the clone's headers. ``sh`` is run by a shell, and our own
 commands without a process of their own. ``python`` is run in one session. A block that begins with
-the name of a file is written to it. ``console`` shows what to type elsewhere and is not run.
+the name of a file is written to it. ``text`` is what the block above it prints, its last expression
+included, with ... for what differs from run to run. ``console`` shows what to type elsewhere and is
+not run.
 """
 
+import ast
+import contextlib
+import doctest
+import io
 import os
 import re
 import shlex
@@ -32,6 +38,8 @@ NEEDS = {
     "tutorials/porous-medium.md": "skfem",
 }
 
+_PRINTS = doctest.OutputChecker()
+_LOOSELY = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
 _FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")
 
@@ -46,14 +54,29 @@ def test_examples_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "include").symlink_to(ROOT / "include")
     session: dict[str, object] = {}
+    printed = io.StringIO()
     for language, text in _BLOCK.findall((DOCS / page).read_text(encoding="utf-8")):
         if named := _FILE.match(text):
             (tmp_path / named[1]).write_text(text, encoding="utf-8")
-        elif language == "sh":
-            for line in text.replace("\\\n", " ").splitlines():
-                run(line)
-        elif language == "python":
-            exec(compile(text, page, "exec"), session)
+        elif language == "text":
+            assert _PRINTS.check_output(text, printed.getvalue(), _LOOSELY), printed.getvalue()
+        elif language in ("sh", "python"):
+            with contextlib.redirect_stdout(io.StringIO()) as printed:
+                run_block(language, text, session)
+
+
+def run_block(language, text, session):
+    if language == "sh":
+        for line in text.replace("\\\n", " ").splitlines():
+            run(line)
+        return
+    tree = ast.parse(text)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "page", "exec"), session)
+    if last is not None:
+        value = eval(compile(ast.Expression(last.value), "page", "eval"), session)
+        if value is not None:
+            print(repr(value))
 
 
 def run(line):
@@ -71,6 +94,7 @@ def run(line):
         env={**os.environ, "PATH": path},
     )
     assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+    print(done.stdout)
 
 
 def test_every_tutorial_and_how_to_has_examples():

@@ -239,3 +239,29 @@ def test_a_breakup_is_put_down_to_the_pillar_at_its_neck():
     assert table["settled"].tolist() == [True, True, False]
     expected = breakup_number(9.8e-5 * 40 * 0.5, normalized_area=0.8 / 0.09, symmetry=0.5)
     assert table["breakup_number"].tolist() == pytest.approx([float(expected)] * 3)
+
+
+def correlated_sizes(seed, keep=0.9, frames=1200):
+    """Return droplets whose size is an autoregressive series in time: correlated by 9.5 frames."""
+    rng = np.random.default_rng(seed)
+    size = np.zeros(frames)
+    for k in range(1, frames):
+        size[k] = keep * size[k - 1] + rng.normal()
+    times = np.repeat(np.arange(float(frames)), 5)
+    return pd.DataFrame({"time": times, "diameter": 1.0 + 0.02 * np.repeat(size, 5)})
+
+
+def test_errors_hold_for_a_series_that_is_correlated_in_time():
+    """Droplets of one frame are alike, and so are neighbouring frames: neither is independent."""
+    studies = [
+        study_sizes(correlated_sizes(seed), NO_EVENTS, start=0.0, residence_time=50.0)
+        for seed in range(60)
+    ]
+    values, errors = np.array([study.mean_diameter for study in studies]).T
+    exact = 0.02 / (1 - 0.9) / math.sqrt(1200)  # of a mean of such a series
+    assert np.std(values) == pytest.approx(exact, rel=0.25)
+    assert np.mean(errors) == pytest.approx(exact, rel=0.2)
+    naive = 0.02 / math.sqrt(1 - 0.81) / math.sqrt(6000)
+    assert np.mean(errors) > 5 * naive
+    pulls = (values - 1.0) / errors
+    assert 0.75 < np.sqrt(np.mean(pulls**2)) < 1.4

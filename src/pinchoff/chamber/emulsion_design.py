@@ -6,35 +6,39 @@ refusal names the key.
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from pinchoff.model import arrays
-from pinchoff.model.arrangement import start_clearance
+from pinchoff.chamber.emulsion_tables import (
+    diameter_of_physical,
+    in_diameters,
+    read_array,
+    read_coalescence,
+    read_droplets,
+    read_inlet,
+    read_parameters,
+    require_known,
+    table_of,
+)
 from pinchoff.model.arrays import Floats, PillarArray
 from pinchoff.model.emulsion import (
+    WINDOW,
     Coalescence,
     Inlet,
-    emulsion_parameters,
     simulate_emulsion,
 )
 from pinchoff.model.parameters import Parameters
 from pinchoff.studies.emulsion_sizes import SizeStudy, study_sizes
 from pinchoff.studies.isolated_pillar import isolated_pillar
-from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
-from pinchoff.support.checked import unknown_name
+from pinchoff.support.arguments import checked_positive, checked_whole
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
-from pinchoff.support.quantities import positive_magnitude_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,26 +48,14 @@ if TYPE_CHECKING:
     from pinchoff.model.flow import Flow
     from pinchoff.support.progress import Show
 
-_KINDS: dict[str, Callable[..., PillarArray]] = {
-    "square": arrays.square,
-    "staggered": arrays.staggered,
-    "hexagonal": arrays.hexagonal,
-    "disordered": arrays.disordered,
-    "file": arrays.read,
-}
-"""Makers of arrays, by kind; ``chamber`` is the device of `pinchoff.chamber`."""
-_LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _RUN = {"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0, "seed": 0, "outlines": True}
 _STOP = "stop_when_steady"
 _TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
-_PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
 STRETCHES = 20
 """After each of these parts of a run it is looked whether sizes are steady, if that may end it."""
 
-_SAME_TIME = 0.01  # t0; less than a window
 _REFERENCES = 7  # diameters for which the line of a pillar alone is sought
 _PAD = 2.0  # of the flow's samples beyond the cell, D0
-_PLACES = 20_000  # tried for a droplet before the cell counts as full
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,21 +148,21 @@ class EmulsionDesign:
         >>> design.periodic, design.inlet.top
         ('y', 3.0)
         """
-        _require_known("", config, ("time", _STOP, *_RUN, *_TABLES))
+        require_known("", config, ("time", _STOP, *_RUN, *_TABLES))
         for name in ("outlines", _STOP):
             if not isinstance(config.get(name, False), bool):
                 raise InputError.of(name, "true or false", config[name], "write it without quotes")
-        tables = {name: _table(config, name) for name in _TABLES if name in config}
+        tables = {name: table_of(config, name) for name in _TABLES if name in config}
         for name in ("array", "flow"):
             if name not in tables:
                 raise InputError.of(name, "a table", "nothing", f"write [{name}]")
-        diameter_um = _diameter_um(tables)
+        diameter_um = diameter_of_physical(tables)
         for name in tables.keys() - {"parameters", "physical", "coalescence"}:
-            tables[name] = _in_diameters(name, tables[name], diameter_um)
+            tables[name] = in_diameters(name, tables[name], diameter_um)
         seed = checked_whole("seed", config.get("seed", 0), "use 0", low=0)
-        array = _array(tables["array"], beside or Path(), diameter_um)
+        array = read_array(tables["array"], beside or Path(), diameter_um)
         flow = tables["flow"]
-        _require_known("flow", flow, ("thickness", "mean_speed", "pressure_gradient"))
+        require_known("flow", flow, ("thickness", "mean_speed", "pressure_gradient"))
         if "thickness" not in flow:
             advice = "give z in D0, or inf for the plane Stokes flow"
             raise InputError.of("flow.thickness", "given", "nothing", advice)
@@ -180,7 +172,7 @@ class EmulsionDesign:
         for name, value in flow.items():
             if not (name == "thickness" and value == math.inf):
                 checked_positive(f"flow.{name}", value, "see the how-to about arrays")
-        parameters = _parameters(tables, array, flow["thickness"], diameter_um)
+        parameters = read_parameters(tables, array, flow["thickness"], diameter_um)
         if ("inlet" in tables) == ("droplets" in tables):
             got = "both" if "inlet" in tables else "neither"
             advice = "write one of the two: with an inlet, or in a cell that repeats itself"
@@ -191,9 +183,9 @@ class EmulsionDesign:
             float(flow["thickness"]),
             {name: float(value) for name, value in flow.items() if name != "thickness"},
             checked_positive("time", config.get("time"), "give it in t0"),
-            _inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
-            _droplets(tables.get("droplets"), array, parameters, seed),
-            _coalescence(tables["coalescence"]) if "coalescence" in tables else None,
+            read_inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
+            read_droplets(tables.get("droplets"), array, parameters, seed),
+            read_coalescence(tables["coalescence"]) if "coalescence" in tables else None,
             {**_RUN, **{name: config[name] for name in _RUN if name in config}},
             bool(config.get(_STOP, False)),
         )
@@ -227,7 +219,7 @@ class EmulsionDesign:
         for k in range(1, STRETCHES + 1):
             end = self.time * k / STRETCHES
             # A run that goes on after a stop has passed these ends without being steady.
-            if end < run.time - _SAME_TIME:
+            if end <= run.time - WINDOW + 1e-9:
                 continue
             run = self._run_until(end, sampled, out, options)
             if self._is_steady(run, flow):
@@ -286,183 +278,3 @@ class EmulsionDesign:
         """
         residence = None if self.inlet else self.array.length / flow.mean_velocity[0]
         return study_sizes(run.sizes, run.events, residence_time=residence)
-
-
-def _table(config: Mapping[str, Any], name: str) -> dict[str, Any]:
-    if not isinstance(config[name], Mapping):
-        raise InputError.of(name, "a table", config[name], f"write it as [{name}]")
-    return dict(config[name])
-
-
-def _require_known(place: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    for name in table:
-        if name not in known:
-            argument = f"{place}.{name}" if place else name
-            raise unknown_name(argument, "a key of an emulsion's file", name, known)
-
-
-def _diameter_um(tables: Mapping[str, Mapping[str, Any]]) -> float | None:
-    """Return D0 of the physical quantities, µm; None where there are none."""
-    if "physical" not in tables:
-        return None
-    _require_known("physical", tables["physical"], _PHYSICAL)
-    try:
-        return positive_magnitude_of("diameter", tables["physical"].get("diameter", ""), "um")
-    except InputError as error:
-        raise error.within("physical") from None
-
-
-def _in_diameters(
-    place: str, table: Mapping[str, Any], diameter_um: float | None
-) -> dict[str, Any]:
-    """Return a table whose lengths with units are numbers of D0."""
-    lengths = {
-        "array": _LENGTHS,
-        "flow": ("thickness",),
-        "inlet": ("x", "bottom", "top", "diameters"),
-        "droplets": ("diameters",),
-    }[place]
-
-    def read(name: str, value: Any) -> Any:
-        if isinstance(value, list):
-            return [read(name, one) for one in value]
-        if not isinstance(value, str):
-            return value
-        if diameter_um is None:
-            advice = "write it in D0, or add [physical] with the diameter"
-            raise InputError.of(f"{place}.{name}", "a number", value, advice)
-        return positive_magnitude_of(f"{place}.{name}", value, "um") / diameter_um
-
-    return {name: read(name, v) if name in lengths else v for name, v in table.items()}
-
-
-def _array(table: Mapping[str, Any], beside: Path, diameter_um: float | None) -> PillarArray:
-    kind = table.get("kind")
-    kinds = (*_KINDS, "chamber")
-    if not isinstance(kind, str) or kind not in kinds:
-        raise unknown_name("array.kind", "a kind of array", kind, kinds)
-    wanted = ("path",) if kind == "chamber" else tuple(inspect.signature(_KINDS[kind]).parameters)
-    _require_known("array", table, ("kind", "before", "behind", *wanted))
-    missing = next((name for name in wanted if name not in table), None)
-    if missing is not None and kind != "chamber":
-        rule = f"given for a {kind} array" if kind != "file" else "given for an array of a file"
-        raise InputError.of(f"array.{missing}", rule, "nothing", "write it under [array]")
-    values = {name: table[name] for name in wanted if name in table}
-    if "path" in values:
-        if not isinstance(values["path"], str):
-            raise InputError.of("array.path", "the name of a file", values["path"], "quote it")
-        values["path"] = beside / values["path"]
-    margins = [
-        checked_number(f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0)
-        for name in ("before", "behind")
-    ]
-    if kind == "chamber":
-        array = _imaging(values.get("path"), diameter_um)
-    else:
-        try:
-            array = _KINDS[kind](**values)
-        except InputError as error:
-            raise error.within("array") from None
-    if not any(margins):
-        return array
-    moved = array.circles + np.array([margins[0], 0.0, 0.0])
-    return PillarArray(moved, array.length + sum(margins), array.width)
-
-
-def _imaging(path: Path | None, diameter_um: float | None) -> PillarArray:
-    """Return the imaging area of a device, the paper's or that of a file, in D0."""
-    from pinchoff.chamber.design import Chamber
-    from pinchoff.chamber.periodic_flow import imaging_array
-
-    chamber = Chamber() if path is None else Chamber.from_toml(path)
-    array = imaging_array(chamber)
-    if diameter_um is None:
-        return array
-    return array.scaled(chamber.operation.droplet_diameter_um / diameter_um)
-
-
-def _parameters(
-    tables: Mapping[str, Mapping[str, Any]],
-    array: PillarArray,
-    thickness: float,
-    diameter_um: float | None,
-) -> Parameters:
-    constants = dict(tables.get("parameters", {}))
-    radius = float(np.median(array.circles[:, 2]))
-    try:
-        if diameter_um is None:
-            constants.setdefault("size_ratio", 1.0 / radius)
-            return emulsion_parameters(Parameters.from_config(constants))
-        physical = dict(tables["physical"])
-        physical["obstacle_radius"] = f"{radius * diameter_um!r} um"
-        physical["thickness"] = f"{min(thickness, 1e6) * diameter_um!r} um"
-        with warnings.catch_warnings():
-            # The thickness acts here: through the flow.
-            warnings.filterwarnings("ignore", "thickness/obstacle_radius")
-            return emulsion_parameters(Parameters.from_config({**constants, "physical": physical}))
-    except InputError as error:
-        named = error.argument.startswith("physical")
-        raise (error if named or diameter_um else error.within("parameters")) from None
-
-
-def _inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: PillarArray) -> Inlet:
-    _require_known("inlet", table, ("x", "bottom", "top", "area_fraction", "diameters"))
-    if "area_fraction" not in table:
-        raise InputError.of("inlet.area_fraction", "given", "nothing", "write 0.1")
-    for name in ("before", "behind"):
-        if not margins.get(name):
-            advice = "give the free fluid before and behind the array, such as 3"
-            raise InputError.of(f"array.{name}", "positive beside an inlet", 0, advice)
-    return Inlet(**{"x": 0.0, "bottom": 0.0, "top": array.width, **table})
-
-
-def _coalescence(table: Mapping[str, Any]) -> Coalescence:
-    _require_known("coalescence", table, tuple(inspect.signature(Coalescence).parameters))
-    if "drainage" not in table:
-        advice = "write K, or inf where contacts are only recorded"
-        raise InputError.of("coalescence.drainage", "given", "nothing", advice)
-    return Coalescence(**table)
-
-
-def _droplets(
-    table: Mapping[str, Any] | None, array: PillarArray, parameters: Parameters, seed: int
-) -> Floats:
-    """Return the droplets of the start: those that are named, or some at random places."""
-    if table is None:
-        return np.empty((0, 3))
-    _require_known("droplets", table, ("places", "diameters", "area_fraction"))
-    if "places" in table:
-        if len(table) > 1:
-            got = ", ".join(table)
-            raise InputError.of("droplets.places", "alone", got, "leave the others out")
-        return np.array(table["places"], dtype=np.float64).reshape(-1, 3)
-    share = checked_number(
-        "droplets.area_fraction", table.get("area_fraction"), "use 0.2", low=0, high=0.7, above=True
-    )
-    given = table.get("diameters", 1.0)
-    sizes = [
-        checked_positive("droplets.diameters", size, "give it in D0")
-        for size in (given if isinstance(given, list) else [given])
-    ]
-    period = np.array([array.length, array.width])
-    pillars = cKDTree(array.circles[:, :2], boxsize=period)
-    generator = np.random.default_rng(seed)
-    wanted = share * array.porosity * array.length * array.width
-    placed: list[list[float]] = []
-    while sum(math.pi / 4 * d**2 for *_, d in placed) < wanted:
-        size = float(generator.choice(sizes))
-        places = generator.random((_PLACES, 2)) * period
-        reach = size / 2 + 1.001 * start_clearance(parameters)
-        near, which = pillars.query(places, k=min(3, len(array.circles)))
-        near, which = near.reshape(_PLACES, -1), which.reshape(_PLACES, -1)
-        free = (near - array.circles[which, 2] > reach).all(axis=1)
-        for x, y, other in placed:
-            away = np.abs(places - [x, y])
-            away = np.minimum(away, period - away)
-            free &= np.hypot(*away.T) > reach + other / 2
-        if not free.any():
-            got = f"{share:g}, of which {len(placed)} droplets found room"
-            advice = "lower it, widen the gaps, or take smaller droplets"
-            raise InputError.of("droplets.area_fraction", "such that they fit", got, advice)
-        placed.append([*places[np.flatnonzero(free)[0]].tolist(), size])
-    return np.array(placed)

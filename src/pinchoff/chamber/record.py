@@ -49,8 +49,8 @@ def design_record(chamber: Chamber, violations: Sequence[Violation] = ()) -> dic
         "ports": {name: port._asdict() for name, port in layout.ports.items()},
         "pillars": [pillar._asdict() for pillar in layout.pillars],
         "violations": [
-            {"rule": each.rule, "x_um": each.x_um, "y_um": each.y_um, "says": each.says}
-            for each in violations
+            {name: getattr(violation, name) for name in ("rule", "x_um", "y_um", "says")}
+            for violation in violations
         ],
     }
 

@@ -42,11 +42,10 @@ def emulsion(
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
-    r"""Send droplets through an array of pillars, where they break.
+    r"""Send droplets through an array of pillars, where they break and merge.
 
-    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters],
-    and \[inlet] or \[droplets]; pinchoff examples writes one. Droplets do not
-    merge.
+    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters], and \[inlet] or
+    \[droplets]; pinchoff examples writes one. Droplets merge where it has \[coalescence].
 
     DIR gets
 
@@ -200,7 +199,8 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: boo
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    names = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity", "growth", "trend")
+    names = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity")
+    names += ("growth", "exchange", "trend")
     numbers = {name: dict(getattr(study, name)._asdict()) for name in names}
     rates = {kind: rate._asdict() for kind, rate in study.rates.items()}
     report: dict[str, Any] = {

@@ -143,8 +143,8 @@ def find_columns(
         if column is not None:
             column = _named(frame, column)
             if column is None:
-                shown = map(str, frame.columns)
-                raise unknown_name(name, "a column of the table", columns[name], shown)
+                names = map(str, frame.columns)
+                raise unknown_name(name, "a column of the table", columns[name], names)
         place = _place(frame, name, column, units.get(name))
         if place is not None:
             places[name] = place
@@ -230,5 +230,5 @@ def _told_unit(column: str) -> str | None:
     found = _IN_BRACKETS.fullmatch(column.strip())
     if found and is_unit(found[2]):
         return found[2]
-    endings = [each for each in _SUFFIXES if _key(column).endswith(f"_{each}".lower())]
+    endings = [suffix for suffix in _SUFFIXES if _key(column).endswith(f"_{suffix}".lower())]
     return _SUFFIXES[max(endings, key=len)] if endings else None

@@ -293,12 +293,12 @@ class _Checks:
         """Return 1 where a droplet broke, 0 where it did not."""
         column = self._places["broke"].column
         broke, strange = _outcomes(self._frame[column], broke_is)
-        shown = self._entries(column)
-        _require_both_understood(shown, broke, strange)
-        for value in dict.fromkeys(map(str, shown[strange])):
+        entries = self._entries(column)
+        _require_both_understood(entries, broke, strange)
+        for value in dict.fromkeys(map(str, entries[strange])):
             words = f"broke is {value!r}, neither true or false, yes or no, nor 1 or 0"
-            self._set_aside(strange & (shown.astype(str) == value), column, shown, words)
-        self._set_aside(np.isnan(broke), column, shown, OUTCOME_UNKNOWN)
+            self._set_aside(strange & (entries.astype(str) == value), column, entries, words)
+        self._set_aside(np.isnan(broke), column, entries, OUTCOME_UNKNOWN)
         return broke
 
     def accepted(self) -> None:

@@ -112,7 +112,7 @@ def read_table(
 
 def _damage(suffix: str) -> tuple[type[Exception], ...]:
     """Return the errors that reading a damaged file raises."""
-    # Readers of spreadsheets trip over damage in any way: a part or an attribute is not there.
+    # Readers of spreadsheets raise any error over damage: a part or an attribute is missing.
     if suffix in SPREADSHEETS:
         return (Exception,)
     # The errors of pandas and pyarrow derive from the first two.

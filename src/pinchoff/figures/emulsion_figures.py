@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outline
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
+_MEMBERS = 60  # of a family; more cannot be told apart
 _FEWEST = 20  # contacts in a bin; bins with fewer are joined
+_LEAST_CONTACT, _LEAST_CLOCK = 1e-3, 1e-4  # shorter ones, or emptier, are drawn here
 _LEAST_NUMBER = 1e-3  # Bk: a droplet below it has only grazed the pillar
 
 
@@ -284,8 +286,36 @@ def _broken_shares(
     axes.legend(loc="upper left")
 
 
+def pair_contacts(events: pd.DataFrame) -> Axes:
+    """Draw the contacts of two droplets that have ended: their duration and their clock.
+
+    Parameters
+    ----------
+    events : DataFrame
+        Of an `Emulsion` with a coalescence.
+    """
+    with style.journal_style():
+        figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
+        axes = figure.subplots()
+        kinds = events["kind"].astype(str)
+        for kind, said, color in (
+            ("parted", "parted", palette.BLUE),
+            ("merge", "merged", palette.VERMILION),
+        ):
+            ended = events[kinds == kind]
+            lasted = np.maximum(ended["time"] - ended["since"], _LEAST_CONTACT)
+            clock = np.maximum(ended["clock"], _LEAST_CLOCK)
+            label = f"{said}: {len(ended)}"
+            axes.plot(lasted, clock, ".", ms=3, color=color, alpha=0.6, mew=0, label=label)
+        axes.axhline(1.0, color=palette.INK, lw=0.8, ls=":")
+        axes.set(xscale="log", yscale="log")
+        axes.set(xlabel="duration of the contact ($t_0$)", ylabel="clock $C$ at its end")
+        axes.legend(loc="lower right")
+        return axes
+
+
 def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
-    """Draw the droplet with the most descendants and all of them: time along, a line a droplet.
+    """Draw the droplet with the most descendants, and the first of them: time along, a line each.
 
     Parameters
     ----------
@@ -303,8 +333,10 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
         if not eldest:
             return axes
         first = max(set(eldest), key=lambda k: (eldest.count(k), -k))
-        members = family[np.array(eldest) == first]
+        members = family[np.array(eldest) == first].head(_MEMBERS)  # by birth
         heights = _heights(members, int(first))
+        merged = members[members["other_parent"] >= 0]
+        joined = dict(zip(merged["other_parent"].tolist(), merged.index.tolist(), strict=True))
         for number, row in zip(members.index.tolist(), members.to_dict("records"), strict=True):
             y, born = heights[int(number)], 0.0 if math.isnan(row["born"]) else row["born"]
             ended = end if math.isnan(row["ended"]) else row["ended"]
@@ -312,6 +344,9 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
             axes.plot([born, ended], [y, y], color=palette.BLUE, lw=3 * size)
             if row["parent"] in heights:
                 axes.plot([born, born], [heights[int(row["parent"])], y], color=palette.INK, lw=0.6)
+            if joined.get(number) in heights:
+                target = heights[joined[number]]
+                axes.plot([ended, ended], [y, target], color=palette.INK, lw=0.6, ls=":")
             if row["fate"] == "left":
                 axes.plot(ended, y, ">", color=palette.GREY, ms=3)
         return axes

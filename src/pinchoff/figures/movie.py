@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -42,10 +42,7 @@ _BUTTONS = {
 }
 """What stands on the buttons of a player, by the names of their icons in matplotlib's page."""
 
-Progress = Callable[[int, int], object]
-"""What is called with the frames done and the frames in all."""
-
-Progress = Callable[[int, int], object]
+Progress: TypeAlias = Callable[[int, int], object]
 """What is called with the frames done and the frames in all."""
 
 
@@ -244,7 +241,7 @@ class _Stage:
             corner = self._axes.transAxes
             self._label = self._axes.text(0.02, 0.96, "", transform=corner, va="top")
             if len(self.frames) > 1:
-                place = {"ha": "right", "va": "top", "fontsize": "small"}
+                place: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "small"}
                 self._axes.text(0.98, 0.96, self._pace(fps), transform=corner, **place)
         self._droplets: Any = None
 

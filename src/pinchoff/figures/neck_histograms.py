@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
@@ -82,7 +83,7 @@ def neck_histograms(
             axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
         axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
         axes[0].set_ylabel("collisions")
-        axes[0].yaxis.get_major_locator().set_params(integer=True)
+        axes[0].yaxis.set_major_locator(MaxNLocator(5, integer=True))
         axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))  # clear of the bars
         if history is not None:
             _draw_cameras(axes[1], history)

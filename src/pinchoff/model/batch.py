@@ -84,6 +84,6 @@ def varied_columns(names: Iterable[str]) -> dict[str, Column]:
     names : iterable of str
         Parameters that vary; names of physical quantities are left out.
     """
-    shown = {column.name for column in COLUMNS}
+    in_every_table = {column.name for column in COLUMNS}
     columns = {name: PARAMETERS[name].as_column() for name in names if name in PARAMETERS}
-    return {name: column for name, column in columns.items() if column.name not in shown}
+    return {name: column for name, column in columns.items() if column.name not in in_every_table}

@@ -24,8 +24,8 @@ from pinchoff.model.arrangement import droplet_circles, obstacle_circles
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder, Piece
 from pinchoff.model.flow import Flow, uniform
+from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import FRONT, PARAMETERS, SAMPLE_INTERVAL, SPRINGS, Parameters
-from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError

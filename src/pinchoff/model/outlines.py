@@ -260,6 +260,14 @@ class Outlines(Drawable):
             Its length [D0]; infinite where no pair of vertices is admissible.
         i, j : int
             The vertices that it joins.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> outlines = po.simulate(po.Parameters(), outlines=0.1).outlines
+        >>> length, i, j = outlines.neck(outlines[30][0])
+        >>> round(length, 2)
+        0.18
         """
         from pinchoff import _core
 
@@ -277,6 +285,13 @@ class Outlines(Drawable):
             One row per outline: frame, time [t0], droplet_id, generation, area [D0²], perimeter
             [D0], x, y (centroid) [D0], shape_parameter, neck_thickness [D0] (NaN where no chord
             is admissible). The units are in ``attrs["units"]``.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> measured = po.simulate(po.Parameters(), outlines=0.1).outlines.measure()
+        >>> "area" in measured and "perimeter" in measured
+        True
         """
         import pandas as pd
 
@@ -335,6 +350,14 @@ class Outlines(Drawable):
         ------
         InputError
             If the suffix is none of these, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> outlines = po.simulate(po.Parameters(), outlines=0.5).outlines
+        >>> outlines.save("outlines.npz")
+        >>> len(po.Outlines.load("outlines.npz")) == len(outlines)
+        True
         """
         target = Path(path)
         writers = {".gsd": self._save_gsd, ".npz": self._save_npz, ".csv": self._save_csv}

@@ -157,7 +157,7 @@ def reproduce(
             if name == NUMBERS:
                 found, took = _numbers(study, folder)
             else:
-                figure = next(each for each in FIGURES if each.name == name)
+                figure = next(figure for figure in FIGURES if figure.name == name)
                 absent = _absent(figure.extra)
                 if absent:
                     left_out[name] = (
@@ -224,8 +224,8 @@ def _require_same(folder: Path, settings: dict[str, Any]) -> None:
     if not path.exists():
         return
     advice = "choose another folder, or remove this one"
-    there = read_record(path, _Settings, "the settings of a reproduction", advice)
-    differ = [key for key, value in settings.items() if there[key] != value]
+    recorded = read_record(path, _Settings, "the settings of a reproduction", advice)
+    differ = [key for key, value in settings.items() if recorded[key] != value]
     if differ:
         got = f"{folder} ({', '.join(differ)} differ)"
         rule = "a folder without a reproduction of other settings"
@@ -277,7 +277,7 @@ def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
         made = {"numbers": found, "seconds": round(time.perf_counter() - started, 2)}
         with written_aside(record) as unfinished:
             unfinished.write_text(_json(made), encoding="utf-8")
-    return [Number(**_known(each)) for each in made["numbers"]], made["seconds"]
+    return [Number(**_known(number)) for number in made["numbers"]], made["seconds"]
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:

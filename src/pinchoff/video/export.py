@@ -91,7 +91,9 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
     ... )
     >>> scene, frame_count = microscope.lane_scene([run], camera)
     >>> film = microscope.film(scene, "film.mp4", frame_count, microscope=camera)
-    >>> settings = VideoSettings(pixel_size_um=camera.pixel_size_um, laboratory=laboratory)
+    >>> settings = VideoSettings(
+    ...     pixel_size_um=camera.pixel_size_um, laboratory=laboratory, method="rings"
+    ... )
     >>> measured = measure_videos([film.clip], "measured", settings, overlay=False, processes=1)
     >>> len(export_clip("measured/clips/film", "exported"))
     3

@@ -25,6 +25,7 @@ _REACH, _STEP = 3.0, 1.0  # across an outline, pixels
 _NEAR = 4.0  # pixels to both sides within which an edge may be
 _SHARP, _PLACED = 0.9, 0.15  # what a sharp edge on the outline shows; exponent of how much it does
 _FAINT = 0.25  # of the median change across the outline: less is a gap
+_ENDED = 0.3  # least share of a rim that ends outside
 _MOST = 120  # droplets of one frame that are looked at
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
@@ -53,6 +54,27 @@ class Quality(NamedTuple):
     closed: float
     droplets: float
     persistent: float = math.nan
+
+
+def _rim(core: float, rim: Floats, beyond: Floats) -> Floats:
+    """Return how much darker a rim is than what it encloses, on each ray, grey levels.
+
+    A rim ends outside, but for places at a wall or at another droplet; what ends nowhere is the
+    surroundings of something smaller.
+
+    Parameters
+    ----------
+    core : float
+        Grey level of the middle.
+    rim, beyond : ndarray, shape (rays, samples)
+        Just within the outline, and outside.
+    """
+    darkest = rim.min(axis=1)
+    depth = core - darkest
+    ended = np.minimum(core, beyond.max(axis=1)) - darkest
+    if np.mean(ended >= _FAINT * max(float(np.median(depth)), 0.0)) >= _ENDED:
+        return depth
+    return ended
 
 
 class Picture(NamedTuple):
@@ -168,10 +190,10 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
     edge = profiles[:, here + 1 : near + 1].mean(axis=1) - profiles[:, :here].mean(axis=1)
     inside = (0.5 * (points + middle)).astype(np.float32)
     core = float(np.median(cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)))
-    rim = profiles[:, : here + 2]
+    rim, beyond = profiles[:, : here + 2], profiles[:, here:]
     # Dark against what is about it, by a rim or all over; or bright.
-    dark = np.maximum(edge, core - rim.min(axis=1))
-    bright = np.maximum(-edge, rim.max(axis=1) - core)
+    dark = np.maximum(edge, _rim(core, rim, beyond))
+    bright = np.maximum(-edge, _rim(-core, -rim, -beyond))
     sign = 1.0 if np.median(dark) >= np.median(bright) else -1.0
     happens = dark if sign > 0.0 else bright
     least = max(_FAINT * float(np.median(happens)), LEAST_CONTRAST * noise)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_trust import Trust
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion import Coalescence, Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 _COLORS: dict[Literal["generation", "size"], str] = {
@@ -65,7 +65,8 @@ def emulsion_page(
     page = Page(
         "Droplets through an array of pillars",
         f"{counts['start'] + counts['entered']:.0f} droplets in {run.time:.4g} t0: "
-        f"{counts['breakups']:.0f} break-ups, {counts['present']:.0f} droplets present. "
+        f"{counts['breakups']:.0f} break-ups, {counts['merges']:.0f} merges, "
+        f"{counts['present']:.0f} droplets present. "
         f"{_STEADY[study.steady]}",
     )
     for said, name in links.items():
@@ -90,14 +91,57 @@ def emulsion_page(
     page.section("Rates")
     page.figure(figures.rates_over_time(events, study), "What happens per t0.")
     rates = {f"{k} (1/t0)": v for k, v in study.rates.items() if v.value > 0 or k == "breakup"}
-    page.facts({**rates, "growth (1/t0)": study.growth})
+    balance = {"growth (1/t0)": study.growth}
+    if design.coalescence is not None:
+        balance["merges per break-up"] = study.exchange
+    page.facts({**rates, **balance})
+    if design.coalescence is not None:
+        _tell_merging(page, events, design.coalescence, counts)
     page.section("Contacts and the break-up law")
     _tell_contacts(page, contacts, isolated)
     page.section("Lineage")
-    page.figure(figures.lineage_tree(lineage(events), run.time), "The largest family.")
+    page.figure(
+        figures.lineage_tree(lineage(events), run.time),
+        "The largest family, up to its first 60 droplets. A merged droplet goes on in the line of "
+        "the larger of the two; dotted: the smaller one joins it.",
+    )
     page.section("How far this can be trusted")
     _tell_trust(page, trust, run)
     return page
+
+
+def _tell_merging(
+    page: Page, events: pd.DataFrame, how: Coalescence, counts: dict[str, float]
+) -> None:
+    page.section("Contacts of droplets, and merging")
+    page.paragraph(
+        f"Films drain with K = {how.drainage:g}, which is fitted and not predicted; pairs that "
+        f"part merge at C ≥ {1 - how.separation:g}"
+        + (" times a random number of mean 1." if how.stochastic else ".")
+    )
+    drawn = figures.pair_contacts(events)
+    page.figure(
+        drawn,
+        "How long droplets were in contact, and the clock C of their film at the end, for those "
+        "that merged and those that parted.",
+    )
+    ended = events[events["kind"].isin(("parted", "merge"))]
+    merged = ended[ended["kind"] == "merge"]
+    page.facts(
+        {
+            "contacts of two droplets": f"{counts['touches']:.0f}",
+            "of these merged": f"{len(merged)}",
+            "merges refused, as the droplet would close round a pillar or cross itself": (
+                f"{counts['unmerged']:.0f}"
+            ),
+            "duration of a contact, median (t0)": _median(ended["time"] - ended["since"]),
+            "facing length L at most, median (D0)": _median(ended["facing_length"]),
+        }
+    )
+
+
+def _median(values: pd.Series[float]) -> str:
+    return f"{values.median():.3g}" if len(values) else "no contact ended"
 
 
 def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Page:
@@ -222,7 +266,7 @@ def _tell_trust(page: Page, trust: Trust | None, run: Emulsion) -> None:
         )
         page.paragraph(trust.verdict())
     page.paragraph(
-        "Droplets do not merge in this model, and do not disturb the flow. Few break in an open "
+        "Droplets do not disturb the flow. Few break in an open "
         "lattice, because they thread the gaps. Droplets below smallest_breaking do not break, "
         "which cuts off the lower tail of the distribution."
     )

@@ -36,8 +36,8 @@ cores busy; not as many as there are cores, so that results do not depend on tho
 GLANCING = 0.05
 """A scan may end at an unbroken contact of a smaller symmetry than this."""
 
-_MOST_BLOCKS = 8  # by which a scan may grow, each half as long as the scan
-_MOST_ROUNDS = 10  # of closing: a bracket is then a millionth of the scan's spacing
+_MOST_BLOCKS = 8  # a scan may grow by so many blocks, each half as long as the scan
+_MOST_ROUNDS = 10  # rounds of closing; a bracket is then a millionth of the scan's spacing
 
 
 class Trial(NamedTuple):

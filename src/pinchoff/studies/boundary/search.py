@@ -211,8 +211,8 @@ def boundary(
     workers = thread_count(threads)
     points, varied = _points(base, vary or {})
     searches = [Search(_reach(point), width, scan, _LARGEST_OFFSET) for point in points]
-    shown = wanted_progress(progress)
-    with progress_bar(shown, "separating line", len(points) * (scan + 7)) as show:
+    with_bar = wanted_progress(progress)
+    with progress_bar(with_bar, "separating line", len(points) * (scan + 7)) as show:
         runner = _Runner(points, workers, show, flow)
         brackets = run_searches(searches, runner)
     runs = runner.table()

@@ -183,7 +183,7 @@ class Evaluator:
     def _evaluate(self, changes: Mapping[str, float]) -> Evaluation:
         try:
             model = self.parameters(changes)
-        except InputError:  # each is within its bounds, but not beside the others
+        except InputError:  # values that are allowed one by one, but not together
             count = self._control.size
             nothing = np.full(count, math.nan)
             return Evaluation(dict(changes), UNDECIDED, nothing, (REFUSED,) * count, 0, 0)

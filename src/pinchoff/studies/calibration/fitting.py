@@ -61,9 +61,9 @@ _DEFAULT_FREE = {
 LOG = "evaluations.jsonl"
 
 _FORMAT = 1
-_TOLERANCE = 0.01  # of the place, in parts of the bounds, and
-_FLATNESS = 1e-3  # of the objective, about its roughness from the brackets, at which it ends
-_FIRST_STEP = 0.15  # in parts of the bounds
+_TOLERANCE = 0.01  # the search ends where its places differ by less, in parts of the bounds,
+_FLATNESS = 1e-3  # and its objectives by less: about their roughness from the brackets
+_FIRST_STEP = 0.15  # of the search, in parts of the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -231,10 +231,10 @@ def calibrate(
             settings=_settings(aim, model, bounds, points, width, scan),
             path=None if out is None else Path(out) / LOG,
         )
-        shown = wanted_progress(progress)
+        with_bar = wanted_progress(progress)
         pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
         total = 1 + evaluations + len(pairs) * grid**2
-        with progress_bar(shown, "evaluations", total) as show:
+        with progress_bar(with_bar, "evaluations", total) as show:
             evaluator.on_evaluation = show
             start = evaluator(_values_of(bounds, model))
             best, converged = _search(evaluator, bounds, start, evaluations)

@@ -29,7 +29,7 @@ CONSTANTS = (
 )
 """Constants whose sensitivity is looked at."""
 
-_STEP = 1.2  # factor up and down
+_STEP = 1.2  # factor by which each constant is raised and lowered
 _VERTEX_STEP = 1.25
 _VERTEX_MULTIPLE = 4  # N_v is kept to multiples of it
 

@@ -35,7 +35,7 @@ PAPER_RANGE = (0.04, 0.2)
 """Ca Ã z̃ over which a line is compared unless said otherwise: where the paper's stars lie."""
 
 _FEWEST_ROWS = 20
-_WIDTHS = (0.005, 1.0)  # of the transition, in ln S
+_WIDTHS = (0.005, 1.0)  # narrowest and widest transition, in ln S
 
 
 @dataclass(frozen=True)

@@ -173,8 +173,8 @@ class SweepDesign:
     @functools.cached_property
     def configuration(self) -> dict[str, Any]:
         """All that decides the points, fit for JSON; equal for designs with equal points."""
-        shown = self.point(0).model_dump(mode="json")
-        fixed = {name: shown[name] for name in sorted(self.constants)}
+        first_point = self.point(0).model_dump(mode="json")
+        fixed = {name: first_point[name] for name in sorted(self.constants)}
         kept = {name: value for name, value in fixed.items() if value != DEFAULTS.get(name)}
         sample = {} if self.kind == "grid" else {"samples": self.samples, "seed": self.seed}
         return {
