@@ -9,21 +9,39 @@ from pinchoff.figures.html_page import Page
 from pinchoff.paper.verdicts import KINDS
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pinchoff.paper.make import Reproduction
-    from pinchoff.paper.verdicts import Number
+    from pinchoff.paper.verdicts import Number, Verdict
 
 COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
+FRONT_COLUMNS = ("front tracking", "95 % interval or range", "verdict")
+"""Columns between verdict and source where front tracking stands beside."""
 
 
 def verdicts(made: Reproduction) -> list[str]:
     """Say how many numbers there are of each kind, and what came of them, a line for each kind."""
     lines = []
     for kind in KINDS:
-        counts = Counter(n.verdict for n in made.numbers if n.kind == kind)
-        if counts:
-            parts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if verdict)
-            lines.append(": ".join(filter(None, (f"{counts.total()} {kind}", parts))))
+        of_kind = [number for number in made.numbers if number.kind == kind]
+        if of_kind:
+            parts = [_counted(number.verdict for number in of_kind)]
+            fronts = _counted(number.front_verdict for number in of_kind)
+            if fronts:
+                parts.append(f"with front tracking {fronts}")
+            lines.append(": ".join(filter(None, (f"{len(of_kind)} {kind}", "; ".join(parts)))))
     return lines
+
+
+def _counted(said: Iterable[Verdict]) -> str:
+    counts = Counter(verdict for verdict in said if verdict)
+    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+
+
+def _row(number: Number, beside: bool) -> tuple[str, ...]:
+    ours = (number.name, number.paper, number.ours, number.interval, number.verdict)
+    front = (number.front, number.front_interval, number.front_verdict) if beside else ()
+    return (*ours, *front, _sources(number))
 
 
 def _sources(number: Number) -> str:
@@ -54,10 +72,9 @@ def reproduction_page(made: Reproduction) -> Page:
         if of_kind:
             page.section(f"Numbers: {kind}")
             page.paragraph(f"{meaning[0].upper()}{meaning[1:]}.")
-            page.table(
-                COLUMNS,
-                [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in of_kind],
-            )
+            beside = any(number.front for number in of_kind)
+            columns = (*COLUMNS[:-1], *(FRONT_COLUMNS if beside else ()), COLUMNS[-1])
+            page.table(columns, [_row(number, beside) for number in of_kind])
     for figure in made.figures:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
         page.figure(figure.png, figure.figure.caption)
@@ -74,7 +91,8 @@ def reproduction_page(made: Reproduction) -> Page:
             "simulations": "quick: fewer and coarser" if settings["quick"] else "full",
             "experiment": "synthetic" if synthetic else f"sha256 {settings['experiment'][:16]}…",
             "time": f"{made.seconds:.0f} s",
-            "constants": "preset default, unless a caption says otherwise",
+            "constants": "preset default, unless a caption says otherwise; for front tracking the "
+            "preset of that name",
         }
     )
     return page
