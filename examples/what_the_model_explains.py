@@ -98,7 +98,7 @@ def draw_readings(tables: dict[tuple[str, str], pd.DataFrame]) -> None:
     import matplotlib.pyplot as plt
 
     columns = ("constant, far", "fixed-film, contact")
-    figure, axes = plt.subplots(2, 2, figsize=(9, 7), sharex=True, sharey=True, layout="tight")
+    figure, axes = plt.subplots(2, 2, figsize=(9, 7), sharex=True, sharey=True, layout="constrained")
     for row, model in zip(axes, MODELS, strict=True):
         for axis, reading in zip(row, columns, strict=True):
             table = tables[model, reading]
@@ -127,7 +127,7 @@ def draw_readings(tables: dict[tuple[str, str], pd.DataFrame]) -> None:
         axis.set_xlabel("Ca Ã z̃")
     for axis in axes[:, 0]:
         axis.set_ylabel("S")
-    axes[0, 0].legend(fontsize=8, loc="upper right")
+    axes[0, 0].legend(fontsize=8, loc="lower right")
     figure.colorbar(dots, ax=axes, label="D0/R")
     figure.savefig("readings.png", dpi=130)
 

@@ -58,6 +58,23 @@ def test_droplet_at_rest_meets_a_large_pillar_at_the_contact_angle(model, angle)
     assert met == pytest.approx(angle, abs=3 if angle == 60 else 1.5)
 
 
+def test_contact_line_is_not_pinned_to_vertices():
+    """One that recedes, from 60 degrees, and one that advances, from 120, end at one angle."""
+    p = po.Parameters(
+        model="front-tracking",
+        size_ratio=1 / PILLAR,
+        simulation_capillary_number=2,
+        contact_angle=90,
+        start_distance=11,
+    )
+    pillar, gentle, ends = np.array([[0.0, 0.0, PILLAR]]), po.flow.uniform(0.01, 0), []
+    for angle in (60, 120):
+        outline, count = at_rest("front-tracking", angle)
+        outline, _ = _core.advance_front(p.model_row(), gentle, outline, pillar, 2e-5, 100_000)
+        ends.append(angle_of(outline, PILLAR, 4.5 * spacing_of(count)))
+    assert ends[0] == pytest.approx(ends[1], abs=0.01)
+
+
 def test_stiff_springs_pull_the_droplet_off():
     """With their tension T, cos θ' = (1 + cos θ)/(1 + T/γ) - 1: at 90 it is far from 90."""
     outline, count = at_rest("deformable-particle", 90)
