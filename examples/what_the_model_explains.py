@@ -98,7 +98,8 @@ def draw_readings(tables: dict[tuple[str, str], pd.DataFrame]) -> None:
     import matplotlib.pyplot as plt
 
     columns = ("constant, far", "fixed-film, contact")
-    figure, axes = plt.subplots(2, 2, figsize=(9, 7), sharex=True, sharey=True, layout="constrained")
+    shared = {"sharex": True, "sharey": True, "layout": "constrained"}
+    figure, axes = plt.subplots(2, 2, figsize=(9, 7), **shared)
     for row, model in zip(axes, MODELS, strict=True):
         for axis, reading in zip(row, columns, strict=True):
             table = tables[model, reading]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,6 +16,7 @@ EVEN = {"edge_stiffness": 0.01}  # springs that hardly pull
 MODELS = {"deformable-particle": EVEN, "front-tracking": {}}
 
 
+@functools.cache
 def at_rest(model, angle, **constants):
     """Let a droplet drift onto a large pillar, as slowly as that line tension rules its shape."""
     p = po.Parameters(
@@ -22,7 +25,7 @@ def at_rest(model, angle, **constants):
         simulation_capillary_number=2,
         contact_angle=angle,
         start_distance=11,
-        time_limit=12,
+        time_limit=9,
         neck_thickness=0,
         **constants,
     )
