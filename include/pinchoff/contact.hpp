@@ -158,6 +158,43 @@ inline double list_touches(ContactLists& lists, const Ring& a, int index_a, cons
     return -deepest;
 }
 
+/// Length of ring a's outline that is within a distance of ring b, whose image is shifted; along an
+/// edge the distance is taken to change evenly. The list from `first` on is that of their touches,
+/// just made.
+inline double facing_length(ContactLists& lists, std::size_t first, const Ring& a, const Ring& b,
+                            Vec2 image, double within) {
+    const std::size_t end = lists.touches.size();
+    const double far = 3.0 * within;
+    const auto listed = [&](std::size_t t) {
+        const DropletContact& touch = lists.touches[t];
+        const Vec2 r = displacement(image, {a.x[touch.vertex], a.y[touch.vertex]});
+        return std::fabs(nearest_edge(b, r, touch.first_edge, touch.edge_count).distance);
+    };
+    const auto unlisted = [&](int i) {
+        const Vec2 r = displacement(image, {a.x[i], a.y[i]});
+        const std::size_t some = edges_near(lists, b, r, far);
+        return lists.edges.empty() ? far : std::sqrt(edge_distance2(b, r, lists.edges[some]));
+    };
+    const auto near_part = [&](int edge, double from, double to) {
+        const double low = std::min(from, to), high = std::max(from, to);
+        if (low >= within) return 0.0;
+        const double share = high > within ? (within - low) / (high - low) : 1.0;
+        return share * std::hypot(a.x[edge + 1] - a.x[edge], a.y[edge + 1] - a.y[edge]);
+    };
+    double length = 0;
+    for (std::size_t t = first; t < end; ++t) {
+        const int i = lists.touches[t].vertex;
+        const int before = i == 0 ? a.count - 1 : i - 1, after = i + 1 == a.count ? 0 : i + 1;
+        const std::size_t last = t == first ? end - 1 : t - 1, next = t + 1 == end ? first : t + 1;
+        const double here = listed(t);
+        if (lists.touches[last].vertex != before)
+            length += near_part(before, unlisted(before), here);
+        const bool follows = lists.touches[next].vertex == after;
+        length += near_part(i, here, follows ? listed(next) : unlisted(after));
+    }
+    return length;
+}
+
 /// What a look at two droplets gives: how far vertices may move while the list is complete, and how
 /// deep one is inside the other.
 struct PairRoom {

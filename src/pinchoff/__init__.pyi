@@ -11,6 +11,7 @@ from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
 from .model import arrays as arrays
 from .model import flow as flow
+from .model.emulsion import Coalescence as Coalescence
 from .model.emulsion import Emulsion as Emulsion
 from .model.emulsion import Inlet as Inlet
 from .model.emulsion import simulate_emulsion as simulate_emulsion
@@ -46,6 +47,7 @@ __version__: str
 __all__ = [
     "Boundary",
     "Calibration",
+    "Coalescence",
     "Collision",
     "CollisionsTarget",
     "Emulsion",

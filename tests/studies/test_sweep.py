@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -292,7 +293,7 @@ def test_killed_sweep_goes_on_and_gives_the_same_rows(tmp_path):
         process.wait()
     before = {path.name: path.stat().st_mtime_ns for path in parts(out)}
     assert 9 <= len(before) < 30
-    (out / f".part-000029.{process.pid}.unfinished").write_bytes(b"half a part")
+    (out / ".pinchoff-0123456789abcdef.unfinished").write_bytes(b"half a part")
     killed = po.read_collisions(out)
     assert len(killed) == 16 * len(before)
 
@@ -411,8 +412,9 @@ def test_unfit_folder_is_refused(refused, tmp_path):
 
 def test_second_sweep_in_the_same_folder_is_refused(refused, tmp_path):
     design = SweepDesign.from_config({**SHORT, **varied(offset=[0, 0.1])})
-    with dataset.opened(tmp_path, design):
-        assert "in use" in refused("out", po.sweep, design, tmp_path).got
+    with dataset.opened(tmp_path, design), ThreadPoolExecutor(1) as other:
+        error = other.submit(refused, "out", po.sweep, design, tmp_path).result()
+    assert "in use" in error.got
     assert po.sweep(design, tmp_path).computed == 2
 
 

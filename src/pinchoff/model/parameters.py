@@ -460,6 +460,14 @@ class Parameters(Checked):
         InputError
             The file cannot be read or is not TOML; or as `from_physical` and the constructor,
             naming the key.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> from pathlib import Path
+        >>> _ = Path("run.toml").write_text("size_ratio = 4")
+        >>> po.Parameters.from_toml("run.toml").size_ratio
+        4.0
         """
         return cls.from_config(read_toml(Path(path)))
 

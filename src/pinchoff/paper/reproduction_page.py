@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from pinchoff.figures.html_page import Page
-from pinchoff.paper.verdicts import KINDS
+from pinchoff.figures.html_page import Mark, Page
+from pinchoff.paper.verdicts import KINDS, TONES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -38,9 +38,14 @@ def _counted(said: Iterable[Verdict]) -> str:
     return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
 
 
-def _row(number: Number, beside: bool) -> tuple[str, ...]:
-    ours = (number.name, number.paper, number.ours, number.interval, number.verdict)
-    front = (number.front, number.front_interval, number.front_verdict) if beside else ()
+def _mark(verdict: Verdict) -> Mark | str:
+    tone = TONES.get(verdict)
+    return Mark(verdict, tone) if tone else verdict
+
+
+def _row(number: Number, beside: bool) -> tuple[Mark | str, ...]:
+    ours = (number.name, number.paper, number.ours, number.interval, _mark(number.verdict))
+    front = (number.front, number.front_interval, _mark(number.front_verdict)) if beside else ()
     return (*ours, *front, _sources(number))
 
 

@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pinchoff.video.background import Background, Sample, median_background
 from pinchoff.video.droplets import Droplet, Segmenter
@@ -24,28 +23,36 @@ from pinchoff.video.methods.packed import RimSegmenter
 from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle, known_obstacles, obstacles_of
-from pinchoff.video.quality import Quality, persistence, quality
+from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import Signal, best_channel, noise_of, strong_tint
 
-Floats = NDArray[np.float64]
+T = TypeVar("T")
 
-_FIRST = 2  # frames on which every variant is tried
-_FINALISTS = 2  # variants of each method that are tried on more
+_FIRST = 2  # frames on which variants are tried
+_FINALISTS, _NEARLY = 2, 0.9  # variants of each method that are tried on more, if near the best
 _TRIED = 4  # frames on which they are
 _PAIRS = 3  # frames in whose next one droplets are looked for again
-_SLOW = {"packed": 1}  # frames on which a method that takes long is tried
 _HOPELESS = 0.3  # of the best score so far: then it does not matter what persists
+_BUSY = 0.5  # of what is usual in the busiest tenth of the frames
+_GRID, _CLEARLY = 4, 6.0  # pixels and deviations of the noise, for that
 _LEARNED = 8  # frames from which one learns what stands still
 _WINDOWS = (32, 16, 8, 4)  # parts of the shorter side over which the local mean is taken
 _BRIGHT_WINDOWS = (16, 8)  # the same for rims that are bright, which are rare
 _SMALLEST_WINDOW = 9  # pixels
 _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
-_AS_GOOD = 0.97  # of the best score: then the method that comes first is taken
+_AS_GOOD = 0.92  # of the best score: then the method that comes first is taken
 _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
+_MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
+
+
+Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
+"""What learns a segmenter from frames, and what tells it from other variants, by name."""
+
+Variants = list[Variant]
 
 
 class Trial(NamedTuple):
@@ -61,6 +68,8 @@ class Trial(NamedTuple):
     quality : Quality
     found : list of list of Droplet
         In each of the frames on which it was tried.
+    built : (callable, dict)
+        How the segmenter is learned from frames, and `variant`.
     """
 
     method: str
@@ -68,6 +77,7 @@ class Trial(NamedTuple):
     variant: dict[str, Any]
     quality: Quality
     found: list[list[Droplet]]
+    built: Variant
 
 
 class Choice(NamedTuple):
@@ -115,16 +125,14 @@ class Choice(NamedTuple):
 OWN = "own"
 """Name of a user's own segmentation."""
 
-_Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
 
-
-def _rings(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+def _rings(sample: Sample, settings: VideoSettings) -> Iterator[Variants]:
     calibrated = calibrate(sample.frames, settings)
     segmenter = RingSegmenter(calibrated.background, calibrated.levels)
-    yield partial(_same, segmenter), calibrated.thresholds()
+    yield [(partial(_same, segmenter), calibrated.thresholds())]
 
 
-def _enclosed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+def _enclosed(sample: Sample, settings: VideoSettings) -> Iterator[Variants]:
     channel = best_channel(sample.frames)
     shorter = min(sample.frames[0].luma.shape)
     for inverted, parts in ((False, _WINDOWS), (True, _BRIGHT_WINDOWS)):
@@ -135,14 +143,15 @@ def _enclosed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
                 window=window,
                 minimum_area=settings.minimum_area_px,
             )
-            yield build, {"channel": channel, "bright_rims": inverted, "window_px": window}
+            yield [(build, {"channel": channel, "bright_rims": inverted, "window_px": window})]
 
 
-def _spots(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+def _spots(sample: Sample, settings: VideoSettings) -> Iterator[Variants]:
     shorter = min(sample.frames[0].luma.shape)
     tint = strong_tint(sample.frames)
     for channel in [best_channel(sample.frames), *([tint] if tint else [])]:
         for inverted in (False, True):
+            sort: Variants = []
             for window in _odd(shorter / part for part in _WIDE):
                 build = partial(
                     SpotSegmenter.learned,
@@ -150,10 +159,11 @@ def _spots(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
                     window=window,
                     minimum_area=settings.minimum_area_px,
                 )
-                yield build, {"channel": channel, "bright": inverted, "window_px": window}
+                sort.append((build, {"channel": channel, "bright": inverted, "window_px": window}))
+            yield sort
 
 
-def _packed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
+def _packed(sample: Sample, settings: VideoSettings) -> Iterator[Variants]:
     px = settings.pixel_um
     smallest = max(SMALLEST_RIM_PX, 2.0 * math.sqrt(settings.minimum_area_px / math.pi))
     height, width = sample.frames[0].luma.shape
@@ -173,21 +183,21 @@ def _packed(sample: Sample, settings: VideoSettings) -> Iterator[_Variant]:
             Signal(channel, inverted),
         )
         build: Callable[[Sequence[Frame]], Segmenter] = partial(_same, segmenter)
-        yield build, {"channel": channel, "bright_rims": inverted}
+        yield [(build, {"channel": channel, "bright_rims": inverted})]
 
 
 def _same(segmenter: Segmenter, frames: Sequence[Frame]) -> Segmenter:
     return segmenter
 
 
-METHODS: dict[str, Callable[[Sample, VideoSettings], Iterator[_Variant]]] = {
+METHODS: dict[str, Callable[[Sample, VideoSettings], Iterator[Variants]]] = {
     "rings": _rings,
     "enclosed": _enclosed,
     "spots": _spots,
     "packed": _packed,
 }
-"""Names of the methods, and what yields their variants for a clip. Of two that are as good the
-first is taken."""
+"""Names of the methods, and what yields their variants for a clip, sort by sort. Of two methods
+that are as good the first is taken."""
 
 
 def choose(
@@ -204,16 +214,15 @@ def choose(
         A user's own, which is used in place of all methods.
     """
     background = median_background(sample.frames)
-    obstacles = obstacles_of(background, settings)
-    contest = _Contest(sample, settings, obstacles)
+    contest = _Contest(sample, settings, background)
     if segment is not None:
         own = FunctionSegmenter(segment, settings.minimum_area_px)
-        variant: _Variant = (partial(_same, own), {"function": function_name(segment)})
-        trial = contest.tried(OWN, [variant])
+        variant: Variant = (partial(_same, own), {"function": function_name(segment)})
+        (trial,) = contest.tried({OWN: [[variant]]})
         return Choice(background, trial, [trial], contest.frames)
     names = [settings.method] if settings.method is not None else list(METHODS)
-    trials = [contest.tried(name, list(METHODS[name](sample, settings))) for name in names]
-    chosen = _best(trials, contest.best, bool(len(obstacles)))
+    trials = contest.tried({name: list(METHODS[name](sample, settings)) for name in names})
+    chosen = _best(trials, contest.at_pillars)
     segmenter = chosen.segmenter
     if isinstance(segmenter, RingSegmenter):
         background = segmenter.background
@@ -224,8 +233,9 @@ def choose(
     return Choice(background, chosen, trials, contest.frames)
 
 
-def _best(trials: Sequence[Trial], best: float, pillars: bool) -> Trial:
+def _best(trials: Sequence[Trial], pillars: bool) -> Trial:
     """Return the first of the trials that is as good as the best."""
+    best = max(trial.quality.score for trial in trials)
     for trial in trials:
         share = _AS_GOOD
         if trial.method == "rings":
@@ -233,8 +243,15 @@ def _best(trials: Sequence[Trial], best: float, pillars: bool) -> Trial:
             # which is not in what they see.
             share = _RINGS_AT_PILLARS if pillars else _RINGS
         if trial.quality.score >= share * best > 0.0:
-            return trial
+            return max((trial, *trials), key=lambda each: _finds_more(each, trial))
     return max(trials, key=lambda each: each.quality.score)
+
+
+def _finds_more(trial: Trial, other: Trial) -> float:
+    """Return how many more droplets a trial finds than another that is not better; or 1."""
+    seen, least = trial.quality, other.quality
+    many = seen.droplets >= _MANY_MORE * least.droplets and other.method != "rings"
+    return seen.droplets / least.droplets if many and seen.score >= least.score else 1.0
 
 
 def _without_small(trial: Trial) -> Trial:
@@ -243,7 +260,7 @@ def _without_small(trial: Trial) -> Trial:
     segmenter = trial.segmenter
     if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
         return trial
-    # Half of what droplets cover is in larger ones.
+    # The median weighted by area: half of the covered area is in larger droplets.
     usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
     least = max(segmenter.minimum_area, _SMALL**2 * usual)
     segmenter.minimum_area = least
@@ -252,60 +269,79 @@ def _without_small(trial: Trial) -> Trial:
 
 
 class _Contest:
-    """The methods tried on the same frames, one after the other.
+    """The methods tried on the same frames.
+
+    First every variant on few frames, then the best one of each method that is not hopeless on
+    more, and on pairs of frames that follow one another.
 
     Attributes
     ----------
     frames : list of Frame
         On which they are tried.
-    best : float
-        The best score so far.
     """
 
-    def __init__(self, sample: Sample, settings: VideoSettings, obstacles: Floats) -> None:
-        self.frames = _spread(sample.frames, _TRIED)
-        self.best = 0.0
+    def __init__(self, sample: Sample, settings: VideoSettings, background: Background) -> None:
+        self.frames = _busy(sample.frames, sample.frames, background, _TRIED)
+        self._first = _spread(self.frames, _FIRST)
         self._learned = _spread(sample.frames, _LEARNED)
-        places = np.linspace(0, len(sample.pairs) - 1, min(_PAIRS, len(sample.pairs)))
-        self._pairs = [sample.pairs[round(place)] for place in places.tolist()]
-        self._obstacles = obstacles
-        signal = Signal(best_channel(self.frames))
-        self._images = [signal.of(frame) for frame in self.frames]
-        self._noise = float(np.median([noise_of(image) for image in self._images]))
+        self._pairs = _busy(sample.pairs, [one for one, _ in sample.pairs], background, _PAIRS)
+        self._obstacles = obstacles_of(background, settings)
+        tint = strong_tint(self.frames)
+        channels = dict.fromkeys([best_channel(self.frames), *([tint] if tint else [])])
+        self._pictures = {
+            frame.number: [_picture(frame, channel, rims=channel != tint) for channel in channels]
+            for frame in self.frames
+        }
 
-    def tried(self, name: str, variants: Sequence[_Variant]) -> Trial:
-        """Return the best variant of a method: of all on few frames, then of the best on more."""
-        few = [0, len(self.frames) - 1][: _SLOW.get(name, _FIRST)][: len(self.frames)]
-        if len(variants) > 1:
-            learned = [self.frames[k] for k in few]
-            first = [self._trial(name, variant, learned, few) for variant in variants]
-            order = sorted(range(len(first)), key=lambda k: -first[k].quality.score)
-            variants = [variants[k] for k in order[: _SLOW.get(name, _FINALISTS)]]
-        every = list(range(len(self.frames)))
-        trials = [self._trial(name, variant, self._learned, every) for variant in variants]
-        trials = [self._persisting(trial) for trial in trials]
-        trial = max(trials, key=lambda each: each.quality.score)
-        self.best = max(self.best, trial.quality.score)
-        return trial
+    @property
+    def at_pillars(self) -> bool:
+        """Whether there are pillars."""
+        return bool(len(self._obstacles))
+
+    def tried(self, methods: dict[str, Sequence[Variants]]) -> list[Trial]:
+        """Return the best trial of each method."""
+        first = [self._first_look(name, variants) for name, variants in methods.items()]
+        best = max(max(trial.quality.score for trial in trials) for trials in first)
+        return [self._closer_look(trials, _HOPELESS * best) for trials in first]
+
+    def _first_look(self, name: str, sorts: Sequence[Variants]) -> list[Trial]:
+        """Return trials on few frames, the best first: of each sort one, of the best sort all."""
+
+        def tried(variant: Variant) -> Trial:
+            return self._trial(name, variant, self._first[:1], self._first)
+
+        firsts = [tried(sort[0]) for sort in sorts]
+        best = max(range(len(sorts)), key=lambda k: firsts[k].quality.score)
+        trials = firsts + [tried(variant) for variant in sorts[best][1:]]
+        return sorted(trials, key=lambda each: -each.quality.score)
+
+    def _closer_look(self, trials: Sequence[Trial], hopeless: float) -> Trial:
+        """Return the best of a method's trials, on more frames where that may change anything."""
+        best = trials[0]
+        if best.quality.score <= hopeless or len(self._learned) == 1:
+            return best
+        near = [each for each in trials if each.quality.score >= _NEARLY * best.quality.score]
+        closer = [
+            self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
+            for each in near[:_FINALISTS]
+        ]
+        return max(closer, key=lambda each: each.quality.score)
 
     def _trial(
-        self, name: str, variant: _Variant, learned: Sequence[Frame], places: Sequence[int]
+        self, name: str, variant: Variant, learned: Sequence[Frame], frames: Sequence[Frame]
     ) -> Trial:
         build, description = variant
         segmenter = build(learned)
-        found = [self._droplets(segmenter, self.frames[place]) for place in places]
-        seen = quality([self._images[place] for place in places], found, self._noise)
-        return Trial(name, segmenter, description, seen, found)
+        found = [self._droplets(segmenter, frame) for frame in frames]
+        seen = quality([self._pictures[frame.number] for frame in frames], found)
+        return Trial(name, segmenter, description, seen, found, variant)
 
     def _droplets(self, segmenter: Segmenter, frame: Frame) -> list[Droplet]:
         found = segmenter.droplets(frame)
         return [each for each in found if not is_obstacle(each, self._obstacles)]
 
     def _persisting(self, trial: Trial) -> Trial:
-        """Return a trial whose score knows whether droplets are there again in the next frame."""
-        seen = trial.quality
-        if not self._pairs or seen.score <= _HOPELESS * self.best:
-            return trial
+        """Return a trial whose score knows whether droplets are the same in the next frame."""
         pairs = [
             (self._droplets(trial.segmenter, one), self._droplets(trial.segmenter, other))
             for one, other in self._pairs
@@ -314,12 +350,38 @@ class _Contest:
         share = persistence(pairs, (width, height))
         if math.isnan(share):
             return trial
+        seen = trial.quality
         return trial._replace(quality=seen._replace(score=seen.score * share, persistent=share))
 
 
-def _spread(frames: Sequence[Frame], most: int) -> list[Frame]:
+def _picture(frame: Frame, channel: str, *, rims: bool) -> Picture:
+    image = Signal(channel).of(frame)
+    return Picture(image, noise_of(image), rims)
+
+
+def _spread(frames: Sequence[T], most: int) -> list[T]:
     places = np.linspace(0, len(frames) - 1, min(most, len(frames)))
     return [frames[round(place)] for place in places.tolist()]
+
+
+def _busy(
+    things: Sequence[T], frames: Sequence[Frame], background: Background, most: int
+) -> list[T]:
+    """Return what belongs to frames in which much differs from the background, spread over them."""
+    if len(frames) <= 1:
+        return list(things)
+    share = np.array([_activity(frame, background) for frame in frames])
+    least = _BUSY * float(np.quantile(share, 0.9))
+    return _spread(
+        [thing for thing, here in zip(things, share, strict=True) if here >= least], most
+    )
+
+
+def _activity(frame: Frame, background: Background) -> float:
+    """Return the share of a frame that is clearly not as in the background."""
+    some = (slice(None, None, _GRID), slice(None, None, _GRID))
+    empty = background.lamp(frame.luma) * background.luma[some]
+    return float((np.abs(frame.luma[some] - empty) > _CLEARLY * background.noise).mean())
 
 
 def _odd(lengths: Iterator[float]) -> list[int]:

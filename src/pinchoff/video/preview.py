@@ -15,7 +15,7 @@ from pinchoff.video.background import sample
 from pinchoff.video.choice import Choice, Trial, choose
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.function import SegmentFunction
-from pinchoff.video.obstacles import obstacles_of
+from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.overlay import CUT, OBSTACLE, OUTLINE, TOUCHING, rgb_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
@@ -82,9 +82,12 @@ def _column(choice: Choice, trial: Trial, obstacles: Floats) -> Pixels:
     """Return the frames of one method below each other, its caption above."""
     chosen = trial is choice.trial
     places = np.linspace(0, len(choice.frames) - 1, min(_MOST_FRAMES, len(choice.frames)))
-    tiles = [
-        _tile(choice.frames[round(k)], trial.found[round(k)], obstacles) for k in places.tolist()
-    ]
+    frames = [choice.frames[round(k)] for k in places.tolist()]
+    tiles = []
+    for frame in frames:
+        found = trial.segmenter.droplets(frame)
+        shown = [each for each in found if not is_obstacle(each, obstacles)]
+        tiles.append(_tile(frame, shown, obstacles))
     score = choice.scores()[trial.method]
     head = f"{trial.method}: score {score:.2f}" + (", chosen" if chosen else "")
     told = f"{trial.quality.droplets:.1f} whole droplets a frame; method {trial.method}"

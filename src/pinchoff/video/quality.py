@@ -22,11 +22,15 @@ from pinchoff.video.signal import Image
 Floats = NDArray[np.float64]
 
 _REACH, _STEP = 3.0, 1.0  # across an outline, pixels
+_NEAR = 4.0  # pixels to both sides within which an edge may be
+_SHARP, _PLACED = 0.9, 0.15  # what a sharp edge on the outline shows; exponent of how much it does
 _FAINT = 0.25  # of the median change across the outline: less is a gap
+_ENDED = 0.3  # least share of a rim that ends outside
 _MOST = 120  # droplets of one frame that are looked at
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
 _ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
+_WEIGHT = 0.75  # exponent of the area: a droplet is worth more whole than in pieces
 _AREA_CHANGE = 0.2  # between two frames, of a droplet that is seen again
 
 
@@ -36,14 +40,14 @@ class Quality(NamedTuple):
     Attributes
     ----------
     score : float
-        Sum over whole outlines of the root of the area, pixels, times how sure each is, from -1
+        Sum over whole outlines of a power of the area, pixels, times how sure each is, from -1
         to 1; a frame.
     closed : float
         Share of the outlines' length across which something happens, from 0 to 1.
     droplets : float
         Whole ones a frame.
     persistent : float
-        Share of them that are there again in the next frame; NaN where none is known.
+        Share of them that is the same in the next frame; NaN where that is not known.
     """
 
     score: float
@@ -52,37 +56,83 @@ class Quality(NamedTuple):
     persistent: float = math.nan
 
 
-def quality(images: Sequence[Image], found: Sequence[Sequence[Droplet]], noise: float) -> Quality:
+def _rim(core: float, rim: Floats, beyond: Floats) -> Floats:
+    """Return how much darker a rim is than what it encloses, on each ray, grey levels.
+
+    A rim ends outside, but for places at a wall or at another droplet; what ends nowhere is the
+    surroundings of something smaller.
+
+    Parameters
+    ----------
+    core : float
+        Grey level of the middle.
+    rim, beyond : ndarray, shape (rays, samples)
+        Just within the outline, and outside.
+    """
+    darkest = rim.min(axis=1)
+    depth = core - darkest
+    ended = np.minimum(core, beyond.max(axis=1)) - darkest
+    if np.mean(ended >= _FAINT * max(float(np.median(depth)), 0.0)) >= _ENDED:
+        return depth
+    return ended
+
+
+class Picture(NamedTuple):
+    """A picture in which droplets may be seen.
+
+    Attributes
+    ----------
+    image : ndarray, shape (height, width)
+        Grey levels.
+    noise : float
+        Standard deviation, grey levels.
+    rims : bool
+        Whether droplets may have rims in it, whose inner edges are not the outline: of a tint
+        there are none.
+    """
+
+    image: Image
+    noise: float
+    rims: bool = True
+
+    @property
+    def strongest(self) -> float:
+        """How much the strongest of it differs from what is near, grey levels."""
+        local = cv2.blur(self.image, (15, 15))
+        return float(np.quantile(np.abs(self.image - local)[::2, ::2], 0.99))
+
+
+def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Droplet]]) -> Quality:
     """Return what the outlines in some frames are worth; what stands still is worth nothing.
 
     Parameters
     ----------
-    images : sequence of ndarray, shape (height, width)
-        Grey levels.
+    pictures : sequence of sequence of Picture
+        Of each frame one or more, as in brightness and in a colour: a droplet is as sure as in
+        the one that shows it best.
     found : sequence of list of Droplet
-        In each of them.
-    noise : float
-        Grey levels.
+        In each frame.
     """
     score, shares, count = 0.0, [], 0
-    standing = standing_rows(
-        [np.array([[d.x, d.y, d.area] for d in here]).reshape(-1, 3) for here in found]
-    )
-    for image, droplets in zip(images, found, strict=True):
-        darkest = float(np.quantile(np.abs(image - cv2.blur(image, (15, 15)))[::2, ::2], 0.99))
+    standing = standing_rows([_rows(here) for here in found])
+    for views, droplets in zip(pictures, found, strict=True):
+        strongest = [view.strongest for view in views]
         # Of very many a part stands for all.
         every = 1 + len(droplets) // _MOST
         for droplet in droplets[::every]:
             row = np.array([droplet.x, droplet.y, droplet.area])
             if droplet.cut or alike(standing, row).any():
                 continue
-            closed, strength, inner = across(image, droplet.outline, noise)
-            sure = closed**2 * _smoothness(droplet.outline) * (1.0 - 0.5 * inner)
-            sure *= min(1.0, strength / darkest) ** _STRENGTH
-            score += every * (2.0 * sure - 1.0) * droplet.area**0.5
+            seen = [across(view.image, droplet.outline, view.noise) for view in views]
+            sure, closed = max(
+                (_how_sure(each, view.rims, most), each.closed)
+                for each, view, most in zip(seen, views, strongest, strict=True)
+            )
+            sure *= _smoothness(droplet.outline)
+            score += every * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
             shares.append(closed)
             count += every
-    frames = max(1, len(images))
+    frames = max(1, len(pictures))
     return Quality(score / frames, float(np.mean(shares)) if shares else 0.0, count / frames)
 
 
@@ -98,11 +148,14 @@ class _Across(NamedTuple):
         How much, grey levels.
     inner : float
         Share on which it is soon undone: then the outline is the inner edge of a rim.
+    placed : float
+        How much of what happens near the outline happens on it, from 0 to 1.
     """
 
     closed: float
     strength: float
     inner: float
+    placed: float
 
 
 def across(image: Image, outline: Floats, noise: float) -> _Across:
@@ -125,17 +178,22 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
     profiles = sampled(image, points, normals, along)
     within = np.all((points > 1.0) & (points < np.array([width, height]) - 2.0), axis=1)
     if not within.any():
-        return _Across(0.0, 0.0, 0.0)
+        return _Across(0.0, 0.0, 0.0, 0.0)
     profiles = profiles[within]
+    on_it = np.arange(-_NEAR, _NEAR + 1e-6, 0.5 * _STEP)
+    close = sampled(image, points[within], normals[within], on_it)
+    centre = len(on_it) // 2
+    change = np.abs(close[:, centre + 3] - close[:, centre - 3])
+    placed = float(np.median(change / np.maximum(np.ptp(close, axis=1), 1.0)))
     here = int(np.searchsorted(along, -1e-6))
     near = int(np.searchsorted(along, _REACH))
     edge = profiles[:, here + 1 : near + 1].mean(axis=1) - profiles[:, :here].mean(axis=1)
     inside = (0.5 * (points + middle)).astype(np.float32)
     core = float(np.median(cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)))
-    rim = profiles[:, : here + 2]
+    rim, beyond = profiles[:, : here + 2], profiles[:, here:]
     # Dark against what is about it, by a rim or all over; or bright.
-    dark = np.maximum(edge, core - rim.min(axis=1))
-    bright = np.maximum(-edge, rim.max(axis=1) - core)
+    dark = np.maximum(edge, _rim(core, rim, beyond))
+    bright = np.maximum(-edge, _rim(-core, -rim, -beyond))
     sign = 1.0 if np.median(dark) >= np.median(bright) else -1.0
     happens = dark if sign > 0.0 else bright
     least = max(_FAINT * float(np.median(happens)), LEAST_CONTRAST * noise)
@@ -146,7 +204,15 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
         float((happens >= least).mean()),
         float(np.median(happens)),
         float((undone >= _UNDONE * rise).mean()),
+        placed,
     )
+
+
+def _how_sure(seen: _Across, rims: bool, strongest: float) -> float:
+    """Return how sure an outline is after what its rays show, from 0 to 1."""
+    sure = seen.closed**2 * (1.0 - 0.5 * seen.inner * rims)
+    sure *= min(1.0, seen.strength / max(strongest, 1e-6)) ** _STRENGTH
+    return float(sure * min(1.0, seen.placed / _SHARP) ** _PLACED)
 
 
 def _smoothness(outline: Floats) -> float:
@@ -158,37 +224,48 @@ def _smoothness(outline: Floats) -> float:
 def persistence(
     pairs: Sequence[tuple[Sequence[Droplet], Sequence[Droplet]]], size: tuple[int, int]
 ) -> float:
-    """Return the share of whole droplets, by their radii, that are not lost a frame later.
+    """Return how much of the droplets, by their radii, is the same a frame later, from 0 to 1.
+
+    What is lost or appears away from the frame's edge counts against it, and so does the change
+    of area of what is seen again.
 
     Parameters
     ----------
     pairs : sequence of (list of Droplet, list of Droplet)
-        In a frame and in one soon after it.
+        In a frame and in the next one.
     size : (int, int)
-        Width and height of the frame, pixels. What is about to leave does not count.
+        Width and height of the frame, pixels.
     """
-    total, lost = 0.0, 0.0
+    total, wrong = 0.0, 0.0
     for before, after in pairs:
-        whole = [each for each in before if not each.cut]
-        if not whole:
-            continue
-        old = np.array([[each.x, each.y, each.area] for each in whole])
-        radius = np.sqrt(old[:, 2] / np.pi)
-        total += float(radius.sum())
-        new = np.array([[each.x, each.y, each.area] for each in after]).reshape(-1, 3)
+        old, new = _rows(before), _rows(after)
         distance = np.hypot(*(old[:, None, :2] - new[None, :, :2]).transpose(2, 0, 1))
         largest = np.maximum(old[:, None, 2], new[None, :, 2])
-        change = np.abs(old[:, None, 2] - new[None, :, 2]) / largest
+        change = np.abs(old[:, None, 2] - new[None, :, 2]) / np.maximum(largest, 1e-6)
+        radius = np.sqrt(old[:, 2] / np.pi)
         allowed = (distance <= 2.0 * radius[:, None]) & (change <= _AREA_CHANGE)
         rows, columns = linear_sum_assignment(np.where(allowed, distance, 1e9))
-        gone = np.array([not _leaves(each, size) for each in whole])
-        gone[rows[allowed[rows, columns]]] = False
-        lost += float(radius[gone].sum())
-    return 1.0 - lost / total if total > 0.0 else math.nan
+        same = allowed[rows, columns]
+        rows, columns = rows[same], columns[same]
+        wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
+        for droplets, seen, again in ((before, old, rows), (after, new, columns)):
+            radii = np.sqrt(seen[:, 2] / np.pi)
+            inside = np.array([not _leaves(each, size) for each in droplets], dtype=bool)
+            total += float(radii[inside].sum())
+            inside[again] = False
+            wrong += float(radii[inside].sum())
+    return max(0.0, 1.0 - wrong / total) if total > 0.0 else math.nan
+
+
+def _rows(droplets: Sequence[Droplet]) -> Floats:
+    """Return centre x, y and area of droplets, shape (n, 3), pixels."""
+    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:
-    """Return whether a droplet is so near to the frame's edge that it may be gone next."""
+    """Return whether a droplet is cut, or so near to the frame's edge that it may be next."""
+    if droplet.cut:
+        return True
     margin = 0.5 * math.sqrt(droplet.area / math.pi)
     low, high = droplet.outline.min(axis=0), droplet.outline.max(axis=0)
     return bool(np.any(low < margin) or np.any(high > np.array(size) - 1.0 - margin))

@@ -193,19 +193,20 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
         Width and height of the frame, pixels, if the region may end at its edge.
     """
     line = line.astype(np.float64)
-    steps = np.hypot(*(np.roll(line, -1, axis=0) - line).T)
-    along = np.concatenate([[0.0], np.cumsum(steps)])
-    count = int(np.clip(along[-1] / _SPACING, _FEWEST_RAYS, _MOST_RAYS))
+    closed = np.concatenate([line, line[:1]])
+    steps = closed[1:] - closed[:-1]
+    along = np.zeros(len(closed))
+    np.cumsum(np.hypot(steps[:, 0], steps[:, 1]), out=along[1:])
+    count = int(min(max(along[-1] / _SPACING, _FEWEST_RAYS), _MOST_RAYS))
     places = np.arange(count) * (along[-1] / count)
-    closed = np.vstack([line, line[:1]])
     points = np.column_stack([np.interp(places, along, closed[:, k]) for k in (0, 1)])
     at_edge = np.zeros(count, dtype=bool)
     if size is not None:
         last = np.array(size) - 1.0
         at_edge = np.any((points <= _AT_EDGE) | (points >= last - _AT_EDGE), axis=1)
-    smooth = np.column_stack([smoothed(points[:, k]) for k in (0, 1)])
-    points = np.where(at_edge[:, None], points, smooth)
-    tangents = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
+    points = np.where(at_edge[:, None], points, smoothed(points.T).T)
+    around = np.concatenate([points[-2:], points, points[:2]])
+    tangents = around[4:] - around[:-4]
     if cv2.contourArea(points.astype(np.float32), oriented=True) < 0.0:
         # OpenCV walks round holes clockwise as seen, round the outside the other way.
         points, tangents, at_edge = points[::-1], -tangents[::-1], at_edge[::-1]
@@ -215,11 +216,11 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
 
 
 def smoothed(values: Floats) -> Floats:
-    """Return values round a closed line, smoothed a little."""
-    line = np.ascontiguousarray(values, dtype=np.float64).reshape(1, -1)
-    padded = np.concatenate([line[:, -8:], line, line[:, :8]], axis=1)
+    """Return values round a closed line, or rows of them, smoothed a little."""
+    lines = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, values.shape[-1])
+    padded = np.concatenate([lines[:, -8:], lines, lines[:, :8]], axis=1)
     smooth = cv2.GaussianBlur(padded, (0, 0), sigmaX=_SMOOTHING, sigmaY=0.01)
-    return np.asarray(smooth[0, 8:-8])
+    return np.asarray(smooth[:, 8:-8]).reshape(values.shape)
 
 
 def sampled(dark: Image, points: Floats, normals: Floats, reach: Floats) -> Floats:
@@ -237,14 +238,14 @@ def sampled(dark: Image, points: Floats, normals: Floats, reach: Floats) -> Floa
 
 def closedness(contrast: Floats, at_edge: Bools, noise: float) -> float:
     """Return how closed and even a rim is, from 0 to 1; 0 if it is not closed."""
-    free = contrast[~at_edge]
-    if len(free) < _RIMMED * len(contrast):
+    free = np.sort(contrast[~at_edge])
+    if len(free) < max(1.0, _RIMMED * len(contrast)):
         return 0.0
-    middle = float(np.median(free))
+    middle = float(free[len(free) // 2])
     least = max(_FAINT * middle, LEAST_CONTRAST * noise)
-    if np.count_nonzero(free >= least) < _CLOSED * len(free):
+    if len(free) - int(np.searchsorted(free, least)) < _CLOSED * len(free):
         return 0.0
-    low = float(np.quantile(free, 0.1))
+    low = float(free[len(free) // 10])
     return math.sqrt(max(low, 0.0) / middle)
 
 

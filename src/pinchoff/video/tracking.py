@@ -33,6 +33,8 @@ _MOST_DAUGHTERS = 4
 _MOST_NEAR = 8  # droplets that are tried as parts of another
 _STRIDES = 8  # frames whose steps are remembered
 _STILL = 0.1  # of the longest of them: a shorter one is a frame that repeats the one before
+_MOVES = 1.0  # pixels: droplets that move less may stand
+_KNOWN = 2  # frames in which a droplet is seen before it may break or merge
 _LOOK_BACK = 12  # frames in which a daughter may be too thin to be seen
 
 
@@ -65,6 +67,7 @@ class _Track:
     droplet: Droplet
     velocity: Floats | None = None
     missed: int = 0
+    seen: int = 1
     recent: deque[tuple[int, float]] = field(default_factory=deque)  # frames and whole areas
 
     def whole_area(self) -> float:
@@ -89,6 +92,7 @@ class _Track:
         else:
             self.velocity = self.velocity + _VELOCITY_MEMORY * (step - self.velocity)
         self.frame, self.droplet, self.missed = frame, droplet, 0
+        self.seen += 1
 
     def remember(self) -> None:
         """Keep the last areas; none across the frame's edge."""
@@ -178,7 +182,7 @@ class Tracker:
         events: list[Event] = []
         begun: dict[int, _Track] = {}
         for parents, children in leftovers.explained():
-            born = {k: self._new(frame, droplets[k], parents[-1].velocity) for k in children}
+            born = {k: self._new(frame, droplets[k], parents[-1]) for k in children}
             events.append(_event(frame, parents, list(born.values())))
             begun |= born
             self._tracks = [t for t in self._tracks if t not in parents]
@@ -198,7 +202,7 @@ class Tracker:
                 seen_to_enter = droplets[k].cut or frame == self._begun_at
                 kind = "entry" if seen_to_enter else "found"
                 events.append(Event(kind, frame, (), (begun[k].number,)))
-        events += self._forget(frame)
+        events += self._forget(frame, repeated=bool(steps) and self._repeats())
         self._tracks += begun.values()
         for track in self._tracks:
             if track.frame == frame:
@@ -212,8 +216,10 @@ class Tracker:
         waiting = [t for t in self._tracks if t.missed > 0]
         return [self._end(track, frame) for track in waiting]
 
-    def _new(self, frame: int, droplet: Droplet, velocity: Floats | None = None) -> _Track:
-        track = _Track(self.count, frame, droplet, velocity)
+    def _new(self, frame: int, droplet: Droplet, parent: _Track | None = None) -> _Track:
+        track = _Track(self.count, frame, droplet)
+        if parent is not None:
+            track.velocity, track.seen = parent.velocity, parent.seen + 1
         self.count += 1
         return track
 
@@ -257,10 +263,16 @@ class Tracker:
             return 0.0
         return max(self._strides)
 
-    def _forget(self, frame: int) -> list[Event]:
+    def _repeats(self) -> bool:
+        """Return whether the last frame is the one before again, as cameras and players give."""
+        longest = max(self._strides)
+        return longest > _MOVES and self._strides[-1] <= _STILL * longest
+
+    def _forget(self, frame: int, *, repeated: bool) -> list[Event]:
         events, kept = [], []
         for track in self._tracks:
-            if track.frame < frame:
+            # A frame that repeats the one before is no second chance.
+            if track.frame < frame and not (repeated and track.missed):
                 track.missed += 1
             if track.missed > self.settings.memory or (track.missed and track.droplet.cut):
                 events.append(self._end(track, frame))
@@ -333,6 +345,8 @@ class _Leftovers:
 
     def _children_of(self, track: _Track) -> list[int]:
         """Return two droplets or more that a track became; none if it did not break."""
+        if track.seen < _KNOWN:
+            return []  # what was seen once may be two that were taken for one
         whole = _Part(track.whole_area(), self._expected(track))
         reach = self._reach(track.droplet.area)
         own = [k for k, t in self._partners.items() if t is track]
@@ -346,7 +360,7 @@ class _Leftovers:
         return []
 
     def _coalescences(self) -> Iterator[tuple[list[_Track], list[int]]]:
-        lone = [t for t in self._tracks if t.number not in self._ended]
+        lone = [t for t in self._tracks if t.number not in self._ended and t.seen >= _KNOWN]
         for k in [*self._free, *self._partners] if lone else []:
             own = self._partners.get(k)
             if k in self._used or (own is not None and own.number in self._ended):

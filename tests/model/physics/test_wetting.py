@@ -1,4 +1,4 @@
-"""Wet pillars: a droplet meets one at its contact angle; one that is not wet is as before."""
+"""Wet pillars: a droplet meets one at its contact angle; a dry pillar is as before."""
 
 from __future__ import annotations
 

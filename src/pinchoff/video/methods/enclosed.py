@@ -145,7 +145,7 @@ class EnclosedSegmenter:
     def learned(
         cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
     ) -> EnclosedSegmenter:
-        """Return one for a clip, after a sample of its frames."""
+        """Return a segmenter for a clip, made from a sample of its frames."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
@@ -230,8 +230,10 @@ class EnclosedSegmenter:
         height, width = dark.shape
         owner = _owners(regions, dark.shape)
         widths = [_rim_widths(region.width, region.border.at_edge) for region in regions]
+        # What the frame cuts may be all that lies beyond a wall.
+        whole = np.array([not region.border.at_edge.any() for region in regions])
         gaps = [
-            _is_gap(region, _beyond(away, region.border, owner, number), regions)
+            _is_gap(region, _beyond(away, region.border, owner, number), regions, whole)
             for number, (region, away) in enumerate(zip(regions, widths, strict=True))
         ]
         if any(gaps):
@@ -346,7 +348,7 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
 
 
 def _needed_levels(seen: Sequence[Sequence[_Region]]) -> tuple[float, ...]:
-    """Return as few levels as show every region twice, or once where only one shows it.
+    """Return the fewest levels that show every region twice (once if one level alone shows it).
 
     Parameters
     ----------
@@ -405,10 +407,20 @@ def _is_surroundings(other: _Region, region: _Region) -> bool:
     return bool(other.border.at_edge.any()) and other.area * _GAP_SIZE > region.area
 
 
-def _is_gap(region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region]) -> bool:
-    """Return whether a region is what packed droplets leave between them."""
-    # What the frame cuts may be all that lies beyond a wall.
-    whole = np.array([not each.border.at_edge.any() for each in regions])
+def _is_gap(
+    region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region], whole: Bools
+) -> bool:
+    """Return whether a region is what packed droplets leave between them.
+
+    Parameters
+    ----------
+    region : _Region
+    beyond : ndarray, shape (n,)
+        What `_beyond` returns.
+    regions : sequence of _Region
+    whole : ndarray of bool, shape (len(regions),)
+        Which of them the frame does not cut.
+    """
     others = beyond[(beyond >= 0) & whole[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
