@@ -99,8 +99,8 @@ def length():
 def starts():
     """A cell that repeats itself, from droplets of several sizes."""
     base = {name: value for name, value in INLET.items() if name != "inlet"}
-    for size in (0.5, 0.8, 1.0, 1.3):
-        config = {**base, "array": DISORDERED, "time": 150, "droplets": {"area_fraction": 0.25}}
+    for size in (0.6, 0.8, 1.0, 1.2):
+        config = {**base, "array": DISORDERED, "time": 80, "droplets": {"area_fraction": 0.15}}
         tried(f"from {size} D0", changed(config, droplets_diameters=size))
 
 

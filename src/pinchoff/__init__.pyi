@@ -30,6 +30,8 @@ from .studies.calibration import Calibration as Calibration
 from .studies.calibration import CollisionsTarget as CollisionsTarget
 from .studies.calibration import LineTarget as LineTarget
 from .studies.calibration import calibrate as calibrate
+from .studies.head_on import Drainage as Drainage
+from .studies.head_on import calibrate_drainage as calibrate_drainage
 from .studies.sweep import SweepDesign as SweepDesign
 from .studies.sweep import sweep as sweep
 from .studies.virtual import virtual_experiment as virtual_experiment
@@ -50,6 +52,7 @@ __all__ = [
     "Coalescence",
     "Collision",
     "CollisionsTarget",
+    "Drainage",
     "Emulsion",
     "ImportedCollisions",
     "Inlet",
@@ -69,6 +72,7 @@ __all__ = [
     "boundary",
     "breakup_number",
     "calibrate",
+    "calibrate_drainage",
     "chamber",
     "errors",
     "export_clip",

@@ -336,10 +336,10 @@ def test_damaged_part_is_computed_again(done, tmp_path):
     assert len(po.read_collisions(tmp_path)) == 300
 
 
-def test_no_flipped_bit_is_read_back_as_other_numbers(done, tmp_path, refused):
+def test_no_flipped_bit_is_read_back_as_other_numbers(done, attacks, tmp_path, refused):
     po.sweep(SAMPLE, tmp_path)
     draw = np.random.default_rng(2)
-    for path in draw.choice(parts(tmp_path), 60):
+    for path in draw.choice(parts(tmp_path), attacks):
         whole = path.read_bytes()
         damaged = bytearray(whole)
         damaged[draw.integers(len(whole))] ^= 1 << draw.integers(8)

@@ -20,7 +20,7 @@ TABLE = "sweep"
 MOST_RUNS = 1000
 
 _MEASURED = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity")
-_RATES = ("entered", "breakup", "left")
+_RATES = ("entered", "breakup", "merge", "left")
 
 
 @dataclass(frozen=True)

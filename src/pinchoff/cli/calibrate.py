@@ -81,15 +81,15 @@ def calibrate(
 ) -> None:
     r"""Choose constants so that droplets break where a target says.
 
-    Every evaluation is a simulated separating line. DIR keeps them as they
-    are made: the same command takes up where an earlier one was stopped, and
-    other settings are refused. DIR gets
+    Every evaluation is a simulated separating line, which takes seconds; a
+    search needs about 20. DIR keeps them: if the command is stopped, the same
+    command goes on, and other settings are refused. DIR gets
 
     - calibration.json: the best constants, sensitivities, the conversion Ca =
       c Ca_sim
     - line.png: the line before and after, and the target
     - landscape_*.png: the objective over pairs of constants
-    - sensitivity.csv: how S_c answers to each constant
+    - sensitivity.csv: how strongly S_c depends on each constant
     - evaluations.jsonl: every evaluation
 
     [bold]Examples[/bold]

@@ -28,12 +28,11 @@ def compare(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Simulate a measured collision from its own numbers, and lay it over the
-    film.
+    """Simulate a measured collision and lay it over the film.
 
-    D0/R and Ca are those measured; the flow's speed is solved for so that the
-    droplet is as fast at contact, and its start so that it has the measured S
-    (or b where S is 0). DIR gets
+    The simulation has the measured D0/R and Ca. The flow's speed and the
+    droplet's start are chosen so that at contact the droplet has the measured
+    speed and the measured S (or b, where S is 0). DIR gets
 
     - comparison.png: six frames with the simulated outline in red at the same
       times, the path of the centre of mass and the shape parameter of both

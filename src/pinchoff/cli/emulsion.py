@@ -44,8 +44,9 @@ def emulsion(
 ) -> None:
     r"""Send droplets through an array of pillars, where they break and merge.
 
-    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters], and \[inlet] or
-    \[droplets]; pinchoff examples writes one. Droplets merge where it has \[coalescence].
+    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters],
+    and \[inlet] or \[droplets]. With \[coalescence] droplets merge. pinchoff
+    examples writes such a file.
 
     DIR gets
 

@@ -54,11 +54,11 @@ def film(
 ) -> None:
     """Film the collisions of a sweep, with the truth beside the clip.
 
-    The runs of SWEEP are simulated again, daughters too, and pass obstacles
-    in several lanes, drawn as the paper's microscope shows them.
-    CLIP.truth.parquet has every collision of the clip, measured on the
-    outlines that were drawn: with pinchoff video it shows what a measurement
-    does to the truth.
+    The runs of SWEEP are simulated again, with their daughters. They pass
+    obstacles in several lanes, drawn as the paper's microscope shows them.
+    CLIP.truth.parquet has the true numbers of every collision in the clip:
+    measure the clip with pinchoff video and compare. Ten collisions take
+    about ten seconds.
 
     [bold]Example[/bold]
 

@@ -174,7 +174,7 @@ OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)
 Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
 StartAnew = Annotated[
     bool,
-    switch("--overwrite", "Replace earlier results, in place of going on with them", panel=OUTPUT),
+    switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT),
 ]
 AsJson = Annotated[
     bool,

@@ -68,7 +68,7 @@ def run(
     offset: Annotated[
         str | None,
         _number(
-            meaning="Start y of the droplet: a number of D0, or a length as '20 um'",
+            meaning="Start off the axis: a number of D0, or a length as '20 um'",
             takes="NUMBER|QUANTITY",
             default="0.05",
         ),
@@ -111,8 +111,7 @@ def run(
 
     - collision.json: parameters and results
     - outlines.gsd: every outline, written as the run goes on; OVITO opens it
-    - snapshots.png: six moments of the collision; as --format says, .pdf and
-      .svg too
+    - snapshots.png: six moments of the collision (.pdf, .svg: see --format)
     - movie.mp4, movie.gif: the film, with --movie and --gif
 
     [bold]Examples[/bold]

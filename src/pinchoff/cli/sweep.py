@@ -65,8 +65,8 @@ def sweep(
     "random", samples points are drawn instead, the same ones for the same
     seed; ranges then have no count.
 
-    DIR gets the collisions table as Parquet parts and _sweep.json. A sweep
-    that was stopped, in any way, goes on with the same command.
+    DIR gets the collisions table as Parquet parts and _sweep.json. If a
+    sweep is stopped, the same command goes on with it.
 
     [bold]Examples[/bold]
 

@@ -143,12 +143,12 @@ def video(
     - clips/NAME/: outlines.gsd, overlay.mp4, obstacles.toml and the tables of
       each clip
 
-    Look first: with --preview only preview-NAME.png is written, what each
-    method finds. Pillars are looked for with --obstacle-radius or
-    --find-obstacles.
+    Look first: --preview measures nothing and draws into preview-NAME.png what
+    each method finds. Pillars are looked for if --obstacle-radius or
+    --find-obstacles is given.
 
-    A second run measures only what is new or set otherwise. Correct the
-    circles in a clip's obstacles.toml and give the same command again.
+    A second run measures only new clips, and those with other settings. To
+    correct a circle, edit the clip's obstacles.toml and give the command again.
 
     [bold]Example[/bold]
 

@@ -50,13 +50,13 @@ def virtual(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a synthetic table of collisions under the paper's five conditions.
+    r"""Make a synthetic table of collisions under the paper's five conditions.
 
-    Speeds, diameters and impact parameters are drawn; whether a droplet
-    breaks is drawn from the paper's law, or with --engine simulated, which
-    gives daughters and necks too. The source of every row says "synthetic".
-    What Ca stands for there is an assumption: ca_conversion, conversion_constant
-    and ca_speed.
+    Speeds, diameters and impact parameters are drawn at random. Whether a
+    droplet breaks is drawn from the paper's law. With --engine it is
+    simulated, which gives daughters and necks too. What Ca stands for there
+    is an assumption: ca_conversion, conversion_constant and ca_speed. The
+    source of every row says "synthetic".
 
     [bold]Examples[/bold]
 
@@ -64,7 +64,8 @@ def virtual(
 
     pinchoff fit virtual.parquet --free area --free thickness --out law
 
-    pinchoff virtual --engine --set ca_conversion=fixed-film --set ca_speed=contact
+    pinchoff virtual --engine --set ca_conversion=fixed-film \
+    --set ca_speed=contact
     """
     from pinchoff.collisions.parquet import require_table_name, write_collisions
     from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment

@@ -182,9 +182,7 @@ def as_line(line: LineLike) -> Line:
         return LINES[line]
     found = line if isinstance(line, Line) else getattr(line, "line", None)
     if not isinstance(found, Line):
-        raise InputError.of(
-            "line", "a separating line", line, "use pinchoff.collisions.law.Line(0.083, -0.74)"
-        )
+        raise InputError.of("line", "a separating line", line, "use pinchoff.Line(0.083, -0.74)")
     return found
 
 

@@ -442,7 +442,7 @@ def origins(family: pd.DataFrame, droplet_id: int) -> dict[int, float]:
     --------
     >>> import pandas as pd
     >>> events = pd.DataFrame({"kind": ["merge"], "time": [2.0], "droplet_id": [0], "partner": [1],
-    ...     "into": [2], "area_1": [0.2], "area_2": [0.6], "area": [0.8]})
+    ...     "into": [2], "area_1": [0.25], "area_2": [0.75], "area": [1.0]})
     >>> origins(lineage(events), 2)
     {0: 0.25, 1: 0.75}
     """

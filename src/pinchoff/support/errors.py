@@ -173,7 +173,7 @@ def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
     rule, advice = _RULES.get(error.errno, _OTHER)
     reason = error.strerror or str(error)
     if argument and error.filename:
-        refusal = InputError.of(argument, rule, f"{error.filename} ({reason})", advice)
+        refusal = InputError.of(argument, rule, f"'{reason}' of {error.filename}", advice)
     else:
         name = argument or str(error.filename or "the work")
         refusal = InputError.of(name, rule, f"'{reason}'", advice)

@@ -58,7 +58,11 @@ def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
     into the file that is there, not make another in its place.
     """
     remove_unfinished(path.parent)
-    unfinished, descriptor = _new_file(path.parent, path.suffix if suffix is None else suffix)
+    try:
+        unfinished, descriptor = _new_file(path.parent, path.suffix if suffix is None else suffix)
+    except OSError as error:
+        error.filename = str(path)  # the name that its reader knows
+        raise
     try:
         yield unfinished
         if descriptor is None:  # Windows renames no file that is open

@@ -43,18 +43,19 @@ def held_folder(path: Path, argument: str = "out") -> Iterator[None]:
     """
     made: list[Path] = []
     with ExitStack() as held:
-        refused = held.enter_context(ExitStack())
-        refused.callback(_remove_empty, made)
         try:
             descriptor = _opened(path, made, argument)
         except OSError as error:
+            _remove_empty(made)
             if error.errno in (errno.ENAMETOOLONG, errno.ENOSPC):
                 raise refused_by_system(error, argument) from None
             got = f"{path} ({error.strerror or error})"
             rule = "a folder that can be written to"
             raise InputError.of(argument, rule, got, "choose another") from None
         held.callback(os.close, descriptor)
-        held.push(refused.pop_all())  # while it is locked: nobody else has begun to write there
+        held.callback(
+            _remove_empty, made
+        )  # while it is locked: nobody else has begun to write there
         held.callback(_mine.reset, _mine.set(_mine.get() | {_identity(descriptor)}))
         yield
 
