@@ -330,10 +330,33 @@ def wetting() -> None:
     figure.savefig("wetting.png", dpi=130)
 
 
+def guards() -> None:
+    """How many random collisions with front tracking have no outcome, and with twice the vertices."""
+    rng = np.random.default_rng(7)
+    runs = [
+        po.Parameters(
+            model="front-tracking",
+            vertex_count=int(rng.integers(48, 129)),
+            size_ratio=float(rng.uniform(1.5, 14)),
+            simulation_capillary_number=float(np.exp(rng.uniform(np.log(6), np.log(150)))),
+            offset=float(rng.uniform(0, 0.6)),
+        )
+        for _ in range(1000)
+    ]
+    table = po.simulate_many(runs, progress=False)
+    stopped = np.flatnonzero(table["outcome"] == "failed")
+    sizes = [round(runs[k].size_ratio, 1) for k in stopped]
+    print(f"{len(stopped)} of {len(runs)} stopped, at D0/R from {min(sizes)}")
+    print(table["reject_reason"].iloc[stopped].str[:40].value_counts().to_dict())
+    finer = [runs[k].replace(vertex_count=2 * runs[k].vertex_count) for k in stopped]
+    again = po.simulate_many(finer, progress=False)["outcome"].value_counts()
+    print(f"with twice the vertices: {again[again > 0].to_dict()}")
+
+
 PARTS = {
     part.__name__: part
     for part in (
-        readings, radii, exponents, springs, areas, necks, heights, costs, wetting,
+        readings, radii, exponents, springs, areas, necks, heights, costs, wetting, guards,
     )
 }  # fmt: skip
 
