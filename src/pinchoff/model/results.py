@@ -15,6 +15,7 @@ from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.model.guards import guard_message
+from pinchoff.model.parameters import SPRINGS
 from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.numerals import counted
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from pinchoff.model.outlines import Outlines
-    from pinchoff.model.parameters import SPRINGS, Parameters
+    from pinchoff.model.parameters import Parameters
 
 _FAILED = OUTCOMES.index("failed")
 
