@@ -331,7 +331,7 @@ def wetting() -> None:
 
 
 def guards() -> None:
-    """How many random front-tracking collisions have no outcome, also with twice the vertices."""
+    """Random collisions with front tracking that guards stop, and with twice the vertices."""
     rng = np.random.default_rng(7)
     runs = [
         po.Parameters(
