@@ -3,8 +3,9 @@
     python benchmarks/films_compared.py FOLDER
 
 FOLDER holds sets of frames as `tests/video/test_real_films.py` expects them. A droplet is found
-where the centre of one find lies in its box; what lies in no box, and is not cut by the frame or by
-the dark border of the view, is false. trackpy is told the droplets' diameter and that they are dark.
+where the centre of one find lies in its box; what lies in no box, and is not cut by the frame or
+by the dark border of the view, is false. trackpy is told how large the droplets are, and that they
+are dark.
 Prints the table of docs/video.md.
 """
 
