@@ -30,6 +30,8 @@ from pinchoff.model.gsd import OutlineWriter
 HERE = Path(__file__).parent
 MODELS = ("deformable-particle", "front-tracking")
 NOBODY, NOTHING = np.zeros((0, 3)), np.zeros(0)
+BECAME = ("entered", "left", "breakups", "merges", "touches", "retired", "respaced")
+MERGING = (6.0, 0.3, 0.0)  # K = 0.3 at Ca_sim 20
 
 
 def run_of(
@@ -43,6 +45,7 @@ def run_of(
     inlet: Any = (0.0, 0.0, 0.0, 0.0),
     diameters: Any = NOTHING,
     outlet: float = math.inf,
+    coalescence: Any = NOTHING,
     threads: int = 1,
     capillary: float = 20.0,
     exhaustive: bool = False,
@@ -64,6 +67,7 @@ def run_of(
         np.asarray(inlet, dtype=float),
         np.asarray(diameters, dtype=float),
         outlet,
+        np.asarray(coalescence, dtype=float),
         1,
         threads,
         exhaustive=exhaustive,
@@ -201,9 +205,16 @@ def dilute(model: str, count: int) -> _core.Emulsion:
 
 
 def through_twenty_rows(
-    model: str, count: int, array: po.arrays.PillarArray, flow: po.flow.Flow
+    model: str,
+    count: int,
+    array: po.arrays.PillarArray,
+    flow: po.flow.Flow,
+    coalescence: Any = NOTHING,
 ) -> dict[str, float]:
-    """Droplets enter until so many have passed all rows and left; CPU seconds, what happened."""
+    """Droplets enter until so many have passed all rows and left; CPU seconds, what happened.
+
+    `coalescence`: K Ca_sim, s and whether 1/t_d is a rate; nothing where droplets do not merge.
+    """
     run = run_of(
         model,
         NOBODY,
@@ -214,6 +225,7 @@ def through_twenty_rows(
         inlet=(0.0, 0.0, array.width, 0.15),
         diameters=[0.9],
         outlet=array.length,
+        coalescence=coalescence,
         threads=2,
     )
     start, wall = time.process_time(), time.perf_counter()
@@ -226,7 +238,7 @@ def through_twenty_rows(
     return {
         "cpu_s": time.process_time() - start,
         "wall_s": time.perf_counter() - wall,
-        **{name: done[name] for name in ("entered", "left", "breakups", "retired", "respaced")},
+        **{name: done[name] for name in BECAME},
         "rate": done["vertex_updates"] / (time.process_time() - start),
     }
 
@@ -359,6 +371,10 @@ def measure(quick: bool, console: Console) -> dict[str, Any]:
     table(
         "through the rows",
         lambda m: through_twenty_rows(m, 10 if quick else 1000, array, flow),
+    )
+    table(
+        "the same, merging",
+        lambda m: through_twenty_rows(m, 10 if quick else 1000, array, flow, MERGING),
     )
     with tempfile.TemporaryDirectory() as folder:
         results["frame of 1000"] = frame_cost(Path(folder))

@@ -4,6 +4,8 @@ import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
 
+from sphinx.ext import autosummary
+
 sys.path.insert(0, str(Path(__file__).parent / "_extensions"))
 
 project = "pinchoff"
@@ -12,23 +14,63 @@ copyright = author
 version = release = installed_version("pinchoff")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_gallery.gen_gallery",
     "command_help",
     "formulas",
     "live_model",
     "parameter_table",
 ]
-exclude_patterns = ["_extensions"]
-source_suffix = {".md": "markdown"}
+exclude_patterns = [
+    "_extensions",
+    "_templates",
+    "gallery/*.py",
+    "gallery/*.ipynb",
+    "**/sg_execution_times.rst",
+    "sg_execution_times.rst",
+]
+smartquotes_action = "qe"  # an option keeps its two hyphens
+templates_path = ["_templates"]
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 
 myst_enable_extensions = ["amsmath", "attrs_inline", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 
+# The notebooks hold no outputs: they are run whenever the site is built.
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_execution_show_tb = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../examples/gallery",
+    "gallery_dirs": "gallery",
+    "within_subsection_order": "gallery.order",
+    "image_scrapers": ("gallery.pictures",),
+    "show_memory": False,
+    "show_signature": False,
+    "min_reported_time": 1e6,
+    "abort_on_example_error": True,
+    "capture_repr": ("_repr_html_",),
+    "download_all_examples": False,
+}
+
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 napoleon_use_rtype = False
+autosummary_generate = True
+autosummary.WELL_KNOWN_ABBREVIATIONS += ("eq.", "eqs.")  # they end no sentence
+autosummary_filename_map = {"pinchoff.Boundary": "pinchoff.Boundary-class"}  # beside boundary
+suppress_warnings = ["ref.python"]  # attributes of several classes have one name
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say it, with shapes and units
 

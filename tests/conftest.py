@@ -7,6 +7,10 @@ import re
 import signal
 from collections.abc import Callable
 
+# Read when NumPy is first imported. Tests have a worker a core. Further threads of BLAS only wait
+# for one another, and the flow through the device takes five times the CPU.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import numpy as np
 import pandas as pd
 import pytest

@@ -31,32 +31,44 @@ struct ContactLists {
 /// that nothing passes through an obstacle between two looks.
 inline double wall_margin(const Obstacle& o) { return std::min(0.03, 0.25 * o.radius); }
 
+/// How far from a pillar's surface a ring adheres to it.
+inline double adhesion_range(const Ring& ring) {
+    return ring.constants.adhesion > 0.0 ? adhesion_start(ring) + adhesion_fade(ring) : 0.0;
+}
+
 /// How far from an obstacle's surface a vertex feels it. With front tracking it does so on the
 /// surface, and next to an obstacle that an edge is to be kept out of.
 inline double wall_range(const Ring& ring, const Obstacle& o) {
-    if (!tracks_front(ring)) return 0.5 * ring.rest_length;
-    return edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring);
+    const double adhesion = adhesion_range(ring);
+    if (!tracks_front(ring)) return std::max(0.5 * ring.rest_length, adhesion);
+    return std::max(edge_scale(ring) < kLongEdge * o.radius ? 0.0 : edge_scale(ring), adhesion);
 }
 
 /// No vertex feels an obstacle from further away, also when edges have grown a good deal longer.
 inline double longest_wall_range(const Ring& ring) {
-    return tracks_front(ring) ? 2.0 * edge_scale(ring) : 0.5 * ring.rest_length;
+    const double wall = tracks_front(ring) ? 2.0 * edge_scale(ring) : 0.5 * ring.rest_length;
+    return std::max(wall, adhesion_range(ring));
 }
 
-/// Lists the vertices of a droplet near an obstacle. Returns how far they may move while the list
-/// stays complete. `distance2` is room for one value a chunk.
+/// Lists the vertices of a droplet near an obstacle, which it has met or not; all of them where it
+/// adheres, since an edge with one end in range pulls at both. Returns how far they may move while
+/// the list stays complete. `distance2` is room for one value a chunk.
 inline double list_wall(ContactLists& lists, const Droplet& d, int index, const Obstacle& o,
-                        const double* distance2) {
+                        bool met, const double* distance2) {
     const double touch = o.radius + wall_range(d.ring, o), margin = wall_margin(o);
     const int chunks = d.ring.padded / kLanes;
     const double nearest = std::sqrt(*std::min_element(distance2, distance2 + chunks)) - touch;
     if (nearest > margin) return nearest;
+    if (d.ring.constants.adhesion > 0.0) {
+        lists.walls.push_back({index, 0, d.ring.padded, o, met});
+        return margin;
+    }
     const double listed = touch + margin;
     for (int c = 0; c < chunks; ++c) {
         if (distance2[c] >= listed * listed) continue;
         int run = 1;
         while (c + run < chunks && distance2[c + run] < listed * listed) ++run;
-        lists.walls.push_back({index, c * kLanes, (c + run) * kLanes, o});
+        lists.walls.push_back({index, c * kLanes, (c + run) * kLanes, o, met});
         c += run;
     }
     return margin;
@@ -144,6 +156,43 @@ inline double list_touches(ContactLists& lists, const Ring& a, int index_a, cons
         deepest = std::min(deepest, nearest.distance);
     }
     return -deepest;
+}
+
+/// Length of ring a's outline that is within a distance of ring b, whose image is shifted; along an
+/// edge the distance is taken to change evenly. The list from `first` on is that of their touches,
+/// just made.
+inline double facing_length(ContactLists& lists, std::size_t first, const Ring& a, const Ring& b,
+                            Vec2 image, double within) {
+    const std::size_t end = lists.touches.size();
+    const double far = 3.0 * within;
+    const auto listed = [&](std::size_t t) {
+        const DropletContact& touch = lists.touches[t];
+        const Vec2 r = displacement(image, {a.x[touch.vertex], a.y[touch.vertex]});
+        return std::fabs(nearest_edge(b, r, touch.first_edge, touch.edge_count).distance);
+    };
+    const auto unlisted = [&](int i) {
+        const Vec2 r = displacement(image, {a.x[i], a.y[i]});
+        const std::size_t some = edges_near(lists, b, r, far);
+        return lists.edges.empty() ? far : std::sqrt(edge_distance2(b, r, lists.edges[some]));
+    };
+    const auto near_part = [&](int edge, double from, double to) {
+        const double low = std::min(from, to), high = std::max(from, to);
+        if (low >= within) return 0.0;
+        const double share = high > within ? (within - low) / (high - low) : 1.0;
+        return share * std::hypot(a.x[edge + 1] - a.x[edge], a.y[edge + 1] - a.y[edge]);
+    };
+    double length = 0;
+    for (std::size_t t = first; t < end; ++t) {
+        const int i = lists.touches[t].vertex;
+        const int before = i == 0 ? a.count - 1 : i - 1, after = i + 1 == a.count ? 0 : i + 1;
+        const std::size_t last = t == first ? end - 1 : t - 1, next = t + 1 == end ? first : t + 1;
+        const double here = listed(t);
+        if (lists.touches[last].vertex != before)
+            length += near_part(before, unlisted(before), here);
+        const bool follows = lists.touches[next].vertex == after;
+        length += near_part(i, here, follows ? listed(next) : unlisted(after));
+    }
+    return length;
 }
 
 /// What a look at two droplets gives: how far vertices may move while the list is complete, and how

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <new>
 #include <span>
@@ -44,6 +45,10 @@ public:
     Ring ring;
     double lag = 0;              // how far its velocities are behind its positions, in time
     std::vector<int> contacted;  // obstacles that it, or a droplet it came from, has met
+    std::uint64_t key = 0;       // of its random numbers: the same whatever its number
+    double widest = 0;           // how thick its bridge has been, D0
+    int meetings = 0;            // contacts with other droplets that have begun
+    int bridge = 0;  // the bridge of a merge that has not opened yet is between vertex 0 and this
 
     Box kept{0, 0, 0, 0};             // a box that held it when its neighbours were last sought
     bool sought = false;              // whether they were
@@ -125,7 +130,7 @@ public:
     /// The same for all that changes while an island advances, over more than one block.
     void remember() {
         std::copy_n(state_, state_size_, remembered_);
-        memory_ = {true, lag, travelled, mended, contacted.size(), seen};
+        memory_ = {true, lag, travelled, mended, contacted.size(), meetings, bridge, widest, seen};
     }
     bool remembered() const { return memory_.held; }
     void recall() {
@@ -134,6 +139,9 @@ public:
         travelled = memory_.travelled;
         mended = memory_.mended;
         contacted.resize(memory_.contacted);
+        meetings = memory_.meetings;
+        bridge = memory_.bridge;
+        widest = memory_.widest;
         seen = memory_.seen;
         sought = false;
     }
@@ -149,6 +157,8 @@ private:
         bool held = false;
         double lag = 0, travelled = 0, mended = 0;
         std::size_t contacted = 0;
+        int meetings = 0, bridge = 0;
+        double widest = 0;
         DropletLook seen;
     } memory_;
 

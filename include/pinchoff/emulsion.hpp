@@ -14,6 +14,7 @@
 #include <limits>
 #include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -41,6 +42,10 @@ struct EmulsionSettings {
     KIND(breakup)                  \
     KIND(entered)                  \
     KIND(left)                     \
+    KIND(touched)                  \
+    KIND(parted)                   \
+    KIND(merge)                    \
+    KIND(unmerged)                 \
     KIND(respaced)                 \
     KIND(retired)
 #define PINCHOFF_ENTRY(name) name,
@@ -65,6 +70,11 @@ enum class EventKind { PINCHOFF_EVENT_KINDS(PINCHOFF_ENTRY) };
     FIELD(area_1)                    \
     FIELD(area_2)                    \
     FIELD(neck_thickness)            \
+    FIELD(partner)                   \
+    FIELD(into)                      \
+    FIELD(facing_length)             \
+    FIELD(clock)                     \
+    FIELD(since)                     \
     FIELD(waited)                    \
     FIELD(guard)                     \
     FIELD(guard_value)
@@ -75,11 +85,15 @@ struct EmulsionEvent {
 #undef PINCHOFF_DECLARE
 inline constexpr int kEventFields = sizeof(EmulsionEvent) / sizeof(double);
 
-/// What has happened so far, in numbers: start + entered + breakups - left - retired are present.
+/// What has happened so far, in numbers: start + entered + breakups - merges - left - retired are
+/// present.
 #define PINCHOFF_BALANCE_FIELDS(FIELD) \
     FIELD(start)                       \
     FIELD(entered)                     \
     FIELD(breakups)                    \
+    FIELD(merges)                      \
+    FIELD(unmerged)                    \
+    FIELD(touches)                     \
     FIELD(left)                        \
     FIELD(retired)                     \
     FIELD(respaced)                    \
@@ -169,6 +183,8 @@ private:
         std::vector<ContactEvent> contacts;
         std::vector<BreakupEvent> breakups;
         std::vector<RefusalEvent> refusals;
+        std::vector<Film> films;
+        std::vector<FilmEvent> film_events;
         std::int64_t steps = 0, vertex_updates = 0;
         int ids_given = 0;
     };
@@ -182,7 +198,10 @@ private:
     double next_diameter_ = 0;       // of the droplet that comes in next
     double waited_ = 0;              // for how long it has found no room
     std::vector<Droplet> droplets_;  // in the order of their numbers
-    std::vector<Island> islands_;    // one a worker, empty between windows
+    std::vector<Film> films_;        // of droplets that touch, likewise
+    std::vector<std::pair<int, int>> film_places_;  // where their droplets stand
+    std::vector<std::vector<int>> group_films_;
+    std::vector<Island> islands_;  // one a worker, empty between windows
     std::vector<EmulsionEvent> events_;
     std::vector<Box> boxes_, wide_boxes_;  // at the start of the window, and grown by the ways
     std::vector<double> ways_;
@@ -195,6 +214,7 @@ private:
 
     void admit(Droplet droplet) {
         droplet.id = static_cast<int>(next_id_++);
+        droplet.key = mixed(static_cast<std::uint64_t>(droplet.id));
         balance_.area_in += droplet.ring.rest_area;
         droplets_.push_back(std::move(droplet));
     }
@@ -220,6 +240,15 @@ private:
             d.place = static_cast<int>(i);
             d.remember();
         });
+        film_places_.clear();
+        for (const Film& f : films_)
+            film_places_.push_back({place_of(f.first), place_of(f.second)});
+    }
+
+    /// Where the droplet of a number stands.
+    int place_of(int id) const {
+        const auto at = std::ranges::lower_bound(droplets_, id, {}, &Droplet::id);
+        return static_cast<int>(at - droplets_.begin());
     }
 
     int root(int i) {
@@ -242,6 +271,7 @@ private:
         parent_.resize(boxes_.size());
         std::iota(parent_.begin(), parent_.end(), 0);
         for (const DropletPair& p : pairs_) join(p.first, p.second);
+        for (const auto& [one, other] : film_places_) join(one, other);
         for (std::size_t i = 1; i < boxes_.size() && world_.exhaustive; ++i)
             join(0, static_cast<int>(i));
         place_.assign(boxes_.size(), -1);
@@ -254,6 +284,9 @@ private:
             }
             groups_[place].push_back(i);
         }
+        group_films_.assign(groups_.size(), {});
+        for (int k = 0; k < static_cast<int>(films_.size()); ++k)
+            group_films_[place_[root(film_places_[k].first)]].push_back(k);
         std::vector<Result> results(groups_.size());
         for (std::size_t g = 0; g < before.size(); ++g) {
             const int place = place_[root(before[g].front())];
@@ -267,16 +300,18 @@ private:
     template <class ForEach>
     void run(const ForEach& for_each) {
         for_each(groups_.size(), [&](int worker, std::size_t g) {
-            if (!results_[g].done) run_island(islands_[worker], groups_[g], results_[g]);
+            if (!results_[g].done) run_island(islands_[worker], g);
         });
     }
 
-    void run_island(Island& island, const std::vector<int>& members, Result& result) {
+    void run_island(Island& island, std::size_t g) {
+        Result& result = results_[g];
         island.clear();
-        for (const int i : members) {
+        for (const int i : groups_[g]) {
             droplets_[i].travel = ways_[i];
             island.add(std::move(droplets_[i]));
         }
+        for (const int k : group_films_[g]) island.films_.push_back(films_[k]);
         island.begin(time());
         while (!island.strayed() && island.step() < island.sample_steps() &&
                !island.droplets_.empty()) {
@@ -291,6 +326,8 @@ private:
         result.contacts.swap(island.contacts_);
         result.breakups.swap(island.breakups_);
         result.refusals.swap(island.refusals_);
+        result.films.swap(island.films_);
+        result.film_events.swap(island.film_events_);
         result.steps = island.steps_taken();
         result.vertex_updates = island.vertex_updates();
         result.ids_given = island.ids_given();
@@ -321,6 +358,10 @@ private:
     void take_over();
     template <class Global>
     void note(const Result& result, const Global& global);
+    template <class Global>
+    void note_films(const Result& result, const Global& global);
+    EmulsionEvent& record_film(EventKind kind, double time, const Film& film, Vec2 place,
+                               double area);
     EmulsionEvent& record(EventKind kind, double time, int droplet, Vec2 place, double area);
     void let_out();
     void bring_back();
@@ -347,6 +388,7 @@ private:
 /// the order of the groups, which is that of their first droplets.
 inline void Emulsion::take_over() {
     std::vector<Droplet> heirs;
+    films_.clear();
     std::vector<char> there(boxes_.size(), 0);
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         Result& result = results_[g];
@@ -355,6 +397,7 @@ inline void Emulsion::take_over() {
             return id >= 0 ? id : static_cast<int>(next_id_) - 2 - id;
         };
         note(result, global);
+        note_films(result, global);
         for (Droplet& d : result.droplets) {
             if (d.id >= 0 && !there[d.place]) {
                 there[d.place] = 1;
@@ -377,6 +420,7 @@ inline void Emulsion::take_over() {
             ++kept;
         }
     droplets_.erase(droplets_.begin() + static_cast<std::ptrdiff_t>(kept), droplets_.end());
+    std::ranges::sort(films_, earlier);
     std::ranges::sort(heirs, {}, &Droplet::id);
     std::ranges::move(heirs, std::back_inserter(droplets_));
 }
@@ -418,6 +462,48 @@ void Emulsion::note(const Result& result, const Global& global) {
     }
 }
 
+/// What happened to the contacts of one group, and those that go on.
+template <class Global>
+void Emulsion::note_films(const Result& result, const Global& global) {
+    const auto renumbered = [&](Film film) {
+        const int one = global(film.first), other = global(film.second);
+        film.first = std::min(one, other);
+        film.second = std::max(one, other);
+        return film;
+    };
+    for (const Film& film : result.films) films_.push_back(renumbered(film));
+    for (const FilmEvent& f : result.film_events) {
+        constexpr EventKind kKinds[] = {EventKind::touched, EventKind::parted, EventKind::merge,
+                                        EventKind::unmerged};
+        const bool merged = f.stage == FilmStage::merged;
+        const Film film = renumbered(f.film);
+        EmulsionEvent& e = record_film(kKinds[static_cast<int>(f.stage)], f.time, film, f.place,
+                                       f.areas[0] + (merged ? f.areas[1] : 0.0));
+        const bool swapped = film.first != global(f.film.first);
+        e.area_1 = f.areas[swapped];
+        e.area_2 = f.areas[!swapped];
+        if (!merged) e.area = e.area_1;
+        if (merged) e.into = global(f.into);
+        if (f.stage == FilmStage::unmerged) {
+            e.guard = static_cast<double>(f.guard);
+            e.guard_value = f.value;
+        }
+        balance_.touches += f.stage == FilmStage::touched;
+        balance_.merges += merged;
+        balance_.unmerged += f.stage == FilmStage::unmerged;
+    }
+}
+
+inline EmulsionEvent& Emulsion::record_film(EventKind kind, double time, const Film& film,
+                                            Vec2 place, double area) {
+    EmulsionEvent& e = record(kind, time, film.first, place, area);
+    e.partner = film.second;
+    e.facing_length = film.longest;
+    e.clock = film.clock;
+    e.since = film.since;
+    return e;
+}
+
 inline EmulsionEvent& Emulsion::record(EventKind kind, double time, int droplet, Vec2 place,
                                        double area) {
     EmulsionEvent event;
@@ -436,7 +522,13 @@ inline void Emulsion::let_out() {
     std::erase_if(droplets_, [&](const Droplet& d) {
         const double left = *std::min_element(d.ring.x, d.ring.x + d.ring.count);
         if (!(left > settings_.outlet)) return false;
-        record(EventKind::left, time(), d.id, centroid(d.positions()), d.ring.rest_area);
+        const Vec2 place = centroid(d.positions());
+        std::erase_if(films_, [&](const Film& film) {
+            if (film.first != d.id && film.second != d.id) return false;
+            if (!film.cut) record_film(EventKind::parted, time(), film, place, d.ring.rest_area);
+            return true;
+        });
+        record(EventKind::left, time(), d.id, place, d.ring.rest_area);
         balance_.left += 1;
         balance_.area_left += d.ring.rest_area;
         return true;
@@ -529,14 +621,21 @@ inline std::vector<double> Emulsion::state() const {
     for (const double number :
          {static_cast<double>(next_id_), static_cast<double>(random_.state >> 32),
           static_cast<double>(random_.state & 0xffffffffULL), credit_, next_diameter_, waited_,
-          static_cast<double>(droplets_.size())})
+          static_cast<double>(films_.size()), static_cast<double>(droplets_.size())})
         out.push_back(number);
+    for (const Film& f : films_)
+        for (const double number : {static_cast<double>(f.first), static_cast<double>(f.second),
+                                    f.since, f.harmonic, f.least, f.clock, f.needed, f.length,
+                                    f.longest, f.cut ? 1.0 : 0.0, f.refused ? 1.0 : 0.0})
+            out.push_back(number);
     for (const Droplet& d : droplets_) {
         const Ring& r = d.ring;
         for (const double number :
              {static_cast<double>(d.id), static_cast<double>(d.generation),
               static_cast<double>(r.count), static_cast<double>(d.contacted.size()), r.rest_area,
-              d.lag, d.mended, d.seen.neck_room, d.seen.thinnest})
+              d.lag, d.mended, d.seen.neck_room, d.seen.thinnest, static_cast<double>(d.key >> 32),
+              static_cast<double>(d.key & 0xffffffffULL), static_cast<double>(d.meetings),
+              static_cast<double>(d.bridge), d.widest})
             out.push_back(number);
         for (const int o : d.contacted) out.push_back(o);
         for (const double* a : {r.x, r.y, r.vx, r.vy}) out.insert(out.end(), a, a + r.count);
@@ -545,26 +644,52 @@ inline std::vector<double> Emulsion::state() const {
 }
 
 inline void Emulsion::restore(std::span<const double> state) {
-    const double* next = state.data();
-    const auto number = [&] { return *next++; };
-    const auto whole = [&] { return static_cast<std::int64_t>(*next++); };
+    const double *next = state.data(), *end = next + state.size();
+    const auto number = [&] {
+        if (next == end) throw std::invalid_argument("a state that is cut short");
+        return *next++;
+    };
+    const auto whole = [&] {
+        const double n = number();
+        if (!(std::abs(n) < 0x1p62)) throw std::invalid_argument("a state without its counts");
+        return static_cast<std::int64_t>(n);
+    };
+    const auto counted = [&](std::int64_t n, std::int64_t least = 0) {  // of what follows
+        if (n < least || n > end - next) throw std::invalid_argument("a state without its counts");
+        return static_cast<std::size_t>(n);
+    };
     auto* balance = reinterpret_cast<double*>(&balance_);
     for (int i = 0; i < kBalanceFields; ++i) balance[i] = number();
     next_id_ = whole();
-    random_.state = static_cast<std::uint64_t>(whole()) << 32;
-    random_.state |= static_cast<std::uint64_t>(whole());
+    const auto halves = [&] {
+        const auto upper = static_cast<std::uint64_t>(whole());
+        return upper << 32 | static_cast<std::uint64_t>(whole());
+    };
+    random_.state = halves();
     credit_ = number();
     next_diameter_ = number();
     waited_ = number();
-    const std::int64_t droplets = whole();
+    films_.resize(counted(whole()));
+    const std::size_t droplets = counted(whole());
+    for (Film& f : films_) {
+        f.first = static_cast<int>(whole());
+        f.second = static_cast<int>(whole());
+        for (double* value :
+             {&f.since, &f.harmonic, &f.least, &f.clock, &f.needed, &f.length, &f.longest})
+            *value = number();
+        f.cut = number() != 0.0;
+        f.refused = number() != 0.0;
+    }
     droplets_.clear();
-    for (std::int64_t k = 0; k < droplets; ++k) {
-        const int id = static_cast<int>(whole()), generation = static_cast<int>(whole()),
-                  count = static_cast<int>(whole());
-        const std::int64_t contacted = whole();
+    for (std::size_t k = 0; k < droplets; ++k) {
+        const int id = static_cast<int>(whole()), generation = static_cast<int>(whole());
+        const std::size_t count = counted(whole(), 3), contacted = counted(whole());
         const double rest_area = number(), lag = number(), mended = number();
         const double neck_room = number(), thinnest = number();
-        std::vector<int> met(static_cast<std::size_t>(contacted));
+        const std::uint64_t key = halves();
+        const int meetings = static_cast<int>(whole()), bridge = static_cast<int>(whole());
+        const double widest = number();
+        std::vector<int> met(contacted);
         for (int& o : met) o = static_cast<int>(whole());
         std::vector<Vec2> r(count), v(count);
         for (Vec2& p : r) p.x = number();
@@ -577,10 +702,18 @@ inline void Emulsion::restore(std::span<const double> state) {
         d.lag = lag;
         d.mended = mended;
         d.contacted = std::move(met);
+        d.key = key;
+        d.meetings = meetings;
+        d.bridge = bridge;
+        d.widest = widest;
         d.seen.neck_room = neck_room;
         d.seen.thinnest = thinnest;
         droplets_.push_back(std::move(d));
     }
+    for (const Film& f : films_)
+        for (const int id : {f.first, f.second})
+            if (std::ranges::find(droplets_, id, &Droplet::id) == droplets_.end())
+                throw std::invalid_argument("a state whose films have no droplets");
 }
 
 }  // namespace pinchoff

@@ -9,6 +9,8 @@ namespace pinchoff {
 
 /// A droplet re-spaced less than this long ago, t0, is not re-spaced again.
 inline constexpr double kMendingInterval = 1.0;
+/// Loops with less than this share of a droplet's area are no more than a thread drawn too thin.
+inline constexpr double kSmallLoop = 0.02;
 /// The box of a droplet that is compared with everybody, D0; and the margin where space repeats.
 inline constexpr double kEverywhere = 1e9;
 inline constexpr double kExhaustiveMargin = 4.0;
@@ -18,10 +20,12 @@ inline const Island::Detector Island::kDetectors[] = {
     {&Island::look_at_necks, &Island::break_up, true},
     {&Island::look_at_obstacles, &Island::record_contacts, false},
     {&Island::look_at_touches, &Island::never, false},
+    {&Island::look_at_films, &Island::tend_films, true},
 };
 
 inline Budget Island::settle() {
     Budget budget;
+    open_bridges();
     survey();
     for (const Detector* d = std::begin(kDetectors); d != std::end(kDetectors);) {
         const Finding found = (this->*d->look)(look_);
@@ -43,6 +47,7 @@ inline Budget Island::settle() {
         d = std::begin(kDetectors);
     }
     mark_pushed();
+    measure_films();
     return budget;
 }
 
@@ -159,6 +164,11 @@ inline Finding Island::look_at_necks(Look& look) const {
         seen.neck_room = std::max(seen.neck.budget, 0.0);
         seen.thinnest = std::sqrt(seen.neck.nearest2);
         if (!breaks) continue;
+        if (d.bridge > 0) {  // neither breaks nor merges before its bridge has opened
+            seen.neck_room = 0.0;
+            found.budget.relative = std::min(found.budget.relative, kBridgeRoom * ring.rest_length);
+            continue;
+        }
         // That a chord leaves both ends inwards is seen by the scan, that it crosses no edge here.
         if (seen.neck.thickness2 < threshold * threshold &&
             find_neck(d.positions(), slackened(separation)).thickness < threshold)
@@ -208,7 +218,7 @@ inline void Island::list_obstacle(Look& look, const Droplet& d, const Nearby& pa
     if (met || tracks_front(d.ring)) {
         const double* chunks = look.distance2.data() + pair.chunks;
         budget.absolute =
-            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, chunks));
+            std::min(budget.absolute, list_wall(look.lists, d, pair.droplet, o, met, chunks));
     }
     budget.absolute = std::min(budget.absolute, std::max(pair.edge - o.radius, wall_margin(o)));
 }
@@ -219,6 +229,7 @@ inline Finding Island::look_at_touches(Look& look) const {
     Finding found;
     double& allowed = found.budget.absolute;
     look.lists.touches.clear();
+    look.facings.clear();
     for (const DropletPair& pair : pairs_) {
         const int i = pair.first, j = pair.second;
         const Ring &a = droplets_[i].ring, &b = droplets_[j].ring;
@@ -226,11 +237,13 @@ inline Finding Island::look_at_touches(Look& look) const {
             allowed = std::min(allowed, list_own(look.lists, a, i, look.droplets[i].thinnest));
             continue;
         }
+        const std::size_t listed = look.lists.touches.size();
         const PairRoom room = list_pair(look.lists, a, i, look.droplets[i].survey.box, b, j,
                                         look.droplets[j].survey.box, pair.image);
         if (room.depth > limit_of(Guard::overlap) * touch_of(a, b).length &&
             found.guard == Guard::none)
             found.refuse(Guard::overlap, room.depth, a.mass <= b.mass ? i : j);
+        if (world_->coalescence.follows && i != j) measure_facing(look, pair, listed);
         allowed = std::min(allowed, room.allowed);
     }
     return found;
@@ -280,24 +293,31 @@ inline void Island::remove(int index) {
     boxes_.clear();
 }
 
-/// A droplet that a guard refuses is re-spaced at its proper area, or, where that does not serve or
-/// has just been tried, taken out.
+/// A droplet that a guard refuses is re-spaced at its proper area, without the loops in which it
+/// crosses itself, or, where that does not serve or has just been tried, taken out.
 inline void Island::mend(const Finding& found) {
     Droplet& d = droplets_[found.droplet];
-    const std::vector<Vec2> r = d.positions();
+    const Shape whole = untangled({d.positions(), d.velocities()});
+    const std::vector<Vec2>& r = whole.r;
     const bool respaceable = found.guard == Guard::area || found.guard == Guard::self_intersection;
-    const bool retired = !respaceable || !(time() - d.mended > kMendingInterval) ||
+    // What small loops have been taken off may be mended again, but not at the same instant.
+    const bool small = found.guard == Guard::self_intersection &&
+                       signed_area(r) > (1.0 - kSmallLoop) * d.ring.rest_area;
+    const bool retired = !respaceable || !(time() - d.mended > (small ? 0.0 : kMendingInterval)) ||
                          !(signed_area(r) > 0.5 * d.ring.rest_area);
     refusals_.push_back(
         {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
-    if (retired) return remove(found.droplet);
-    Shape even = respace({r, d.velocities()}, d.ring.count);
-    const double scale = std::sqrt(d.ring.rest_area / signed_area(even.r));
-    const Vec2 middle = centroid(even.r);
-    for (Vec2& p : even.r) p = middle + scale * (p - middle);
+    if (retired) {
+        end_films(d.id);
+        return remove(found.droplet);
+    }
+    Shape even = respace(whole, d.ring.count);
+    scale_to_area(even, d.ring.rest_area);
     Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
     mended.id = d.id;
     mended.generation = d.generation;
+    mended.key = d.key;
+    mended.meetings = d.meetings;
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));
@@ -365,10 +385,22 @@ inline void Island::break_up(const Finding& found) {
         for (Vec2& v : daughters[k].v) v = v + correction;
         heirs.push_back(
             heir(parent, Droplet(world_->model, rest[k], daughters[k].r, daughters[k].v)));
+        heirs[k].key = mixed(parent.key + k + 1);
     }
+    const std::vector<Film> films = end_films(parent.id);
     remove(found.droplet);
     for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(heirs[k]));
     breakups_.push_back(event);
+    if (world_->coalescence.follows) {
+        for (const int daughter : event.daughters) hand_down(films, event.droplet, daughter);
+        const auto [low, high] = std::minmax(event.daughters[0], event.daughters[1]);
+        handed_down_.push_back({.first = low, .second = high, .cut = true});
+    }
+    settle_heirs();
+}
+
+/// After outlines were cut or joined: steps, lists and velocities that suit the new droplets.
+inline void Island::settle_heirs() {
     renew_steps();
     if (stopped()) return;
     look_.lists.clear();

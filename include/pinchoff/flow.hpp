@@ -51,47 +51,48 @@ struct BrinkmanFlow {
 
     /// Cell and fraction in it; the first cell, and a fraction that is not below 1, where there is
     /// no flow. A distance that is not a number keeps to the table.
-    int locate(double r2, double& t) const {
-        const double place = cells * std::sqrt(radius2 / r2);
+    int locate(double inverse2, double& t) const {
+        const double place = cells * std::sqrt(radius2 * inverse2);
         const double cell = place < cells ? place : 0.0;
         const int whole = static_cast<int>(cell);
         t = place - whole;
         return whole;
     }
 
-    Vec2 interpolate(double dx, double dy, double r2, int cell, double t) const {
-        const double* c = nodes + 8 * cell;
+    Vec2 at(Vec2 r) const {
+        const double dx = r.x - x, dy = r.y - y, r2 = dx * dx + dy * dy, inverse2 = 1.0 / r2;
+        double t;
+        const double* c = nodes + 8 * locate(inverse2, t);
         const double difference = c[0] + t * (c[1] + t * (c[2] + t * c[3]));
         const double g = c[4] + t * (c[5] + t * (c[6] + t * c[7]));
-        const double along = difference / r2;
+        const double along = difference * inverse2;
         const bool outside = r2 > radius2;
         return {outside ? speed * (g + along * dx * dx) : 0.0,
                 outside ? speed * (along * dx * dy) : 0.0};
     }
 
-    Vec2 at(Vec2 r) const {
-        const double dx = r.x - x, dy = r.y - y, r2 = dx * dx + dy * dy;
-        double t;
-        const int cell = locate(r2, t);
-        return interpolate(dx, dy, r2, cell, t);
-    }
-
     void fill(const Ring& ring) const {
-        for (int first = 0; first < ring.padded; first += kLanes) {
-            // Apart from the look into the table, so that compilers vectorise it.
-            double t[kLanes], r2[kLanes];
-            int cell[kLanes];
-            for (int l = 0; l < kLanes; ++l) {
-                const double dx = ring.x[first + l] - x, dy = ring.y[first + l] - y;
-                r2[l] = dx * dx + dy * dy;
-                cell[l] = locate(r2[l], t[l]);
+        constexpr int kCoefficients = 8;
+        static_assert(kCoefficients % kWidth == 0);
+        for (int first = 0; first < ring.padded; first += kWidth) {
+            const Lanes dx = load(ring.x + first) - x, dy = load(ring.y + first) - y;
+            const Lanes r2 = dx * dx + dy * dy, inverse2 = 1.0 / r2, none{};
+            double t[kWidth];
+            int cell[kWidth];
+            for (int l = 0; l < kWidth; ++l) cell[l] = locate(inverse2[l], t[l]);
+            // The coefficients of one vertex lie side by side; those of one kind are wanted so.
+            Lanes c[kCoefficients];
+            for (int k = 0; k < kCoefficients; k += kWidth) {
+                for (int l = 0; l < kWidth; ++l)
+                    c[k + l] = load(nodes + kCoefficients * cell[l] + k);
+                transpose(c + k);
             }
-            for (int l = 0; l < kLanes; ++l) {
-                const double dx = ring.x[first + l] - x, dy = ring.y[first + l] - y;
-                const Vec2 fluid = interpolate(dx, dy, r2[l], cell[l], t[l]);
-                ring.fluid_x[first + l] = fluid.x;
-                ring.fluid_y[first + l] = fluid.y;
-            }
+            const Lanes part = load(t);
+            const Lanes difference = c[0] + part * (c[1] + part * (c[2] + part * c[3]));
+            const Lanes g = c[4] + part * (c[5] + part * (c[6] + part * c[7]));
+            const Lanes along = difference * inverse2;
+            store(ring.fluid_x + first, r2 > radius2 ? speed * (g + along * dx * dx) : none);
+            store(ring.fluid_y + first, r2 > radius2 ? speed * (along * dx * dy) : none);
         }
     }
 };

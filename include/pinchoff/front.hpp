@@ -106,6 +106,23 @@ AreaSums carry_and_tighten(const Ring& ring, const FlowAt& flow, const double* x
     return sums;
 }
 
+/// Add the velocity by adhesion to push_x, push_y, and what it does to the area to the sums.
+inline void adhere(const Ring& ring, const Scene& scene, const double* x, const double* y,
+                   AreaSums& sums) {
+    double* fx = ring.slide;  // free at this point of a step
+    double* fy = ring.fluid_x;
+    std::fill_n(fx, ring.padded, 0.0);
+    std::fill_n(fy, ring.padded, 0.0);
+    for (int c = ring.first_wall; c < ring.last_wall; ++c)
+        if (scene.walls[c].met)
+            pull_to_wall(ring, scene.walls[c].obstacle, x, y, ring.mobility, fx, fy);
+    for (int i = 0; i < ring.count; ++i) {
+        ring.push_x[i] += fx[i];
+        ring.push_y[i] += fy[i];
+        sums.rate += dot(area_gradient({x[i - 1], y[i - 1]}, {x[i + 1], y[i + 1]}), {fx[i], fy[i]});
+    }
+}
+
 /// How the vertices of a ring stand to the walls that they may meet in this step; for each vertex
 /// the wall that it is to reach first. In arrays that are free at this point of a step.
 struct Approach {
@@ -281,7 +298,8 @@ template <bool Track, class FlowAt>
 void front_velocity(const Ring& ring, const Scene& scene, const FlowAt& flow, const double* x,
                     const double* y, double time_step) {
     const double perimeter = measure_edges(ring, x, y);
-    const AreaSums sums = carry_and_tighten(ring, flow, x, y);
+    AreaSums sums = carry_and_tighten(ring, flow, x, y);
+    if (ring.constants.adhesion > 0.0 && meets_walls(ring)) adhere(ring, scene, x, y, sums);
     double q = -sums.rate / sums.slope;
     if (approach_walls(ring, scene, x, y, time_step)) {
         q = held_multiplier(ring, sums);

@@ -16,6 +16,8 @@
 #include <utility>
 #include <vector>
 
+#include "film.hpp"
+#include "join.hpp"
 #include "look.hpp"
 #include "split.hpp"
 #include "stability.hpp"
@@ -66,6 +68,7 @@ struct World {
     bool retires = false;          // a droplet that a guard refuses is taken out; or the run ends
     double smallest_breaking = 0;  // diameter below which a droplet's neck is not looked at, D0
     bool exhaustive = false;       // everybody is compared with everybody, for tests
+    Coalescence coalescence{};
     Separation separation = model.neck_separation_in_diameters != 0.0
                                 ? Separation{0.0, model.neck_separation}
                                 : Separation{model.neck_separation, 0.0};
@@ -145,6 +148,9 @@ private:
     std::vector<ContactEvent> contacts_;
     std::vector<BreakupEvent> breakups_;
     std::vector<RefusalEvent> refusals_;
+    std::vector<Film> films_;        // by numbers
+    std::vector<Film> handed_down_;  // to droplets that have just come of others, if they touch
+    std::vector<FilmEvent> film_events_;
 
     Scene scene() {
         rings_.clear();
@@ -194,12 +200,32 @@ private:
     Finding look_at_necks(Look& look) const;
     Finding look_at_obstacles(Look& look) const;
     Finding look_at_touches(Look& look) const;
+    Finding look_at_films(Look& look) const;
     void break_up(const Finding& found);
+    void tend_films(const Finding& found);
     void record_contacts(const Finding& found);
     void never(const Finding&) {}
 
     Guard unsound(const Droplet& d, const Survey& s, double& value) const;
     void mark_pushed();
+    void settle_heirs();
+
+    // Coalescence; see coalescence.hpp.
+    void open_bridges();
+    void measure_facing(Look& look, const DropletPair& pair, std::size_t first) const;
+    void measure_films();
+    void run_clocks(std::int64_t steps);
+    std::int64_t steps_to_merge() const;
+    bool merges(const Film& film, double share) const;
+    void begin_film(const Facing& f);
+    bool merge(const Film& film);
+    void replace_by_merged(const Film& film, Droplet merged);
+    Vec2 nearest_image(int i, int j) const;
+    Guard wrong_with(const Droplet& merged, double& value) const;
+    std::vector<Film> end_films(int id);
+    void hand_down(const std::vector<Film>& films, int from, int to);
+    int index_of(int id) const;
+    void note_film(FilmStage stage, const Film& film, Guard guard = Guard::none, double value = 0);
     void list_obstacle(Look& look, const Droplet& d, const Nearby& pair, Budget& budget) const;
 };
 
@@ -228,6 +254,9 @@ inline void Island::clear() {
     contacts_.clear();
     breakups_.clear();
     refusals_.clear();
+    films_.clear();
+    handed_down_.clear();
+    film_events_.clear();
     look_.droplets.clear();
     look_.lists.clear();
     boxes_.clear();
@@ -330,7 +359,8 @@ inline bool Island::within(const Budget& budget, std::int64_t steps) {
 }
 
 inline void Island::run_block(const Budget& budget) {
-    std::int64_t steps = std::clamp<std::int64_t>(suggested_steps(budget), 1, steps_to_sample());
+    const std::int64_t most = std::min(steps_to_sample(), steps_to_merge());
+    std::int64_t steps = std::clamp<std::int64_t>(suggested_steps(budget), 1, most);
     for (Droplet& d : droplets_) d.save();
     while (true) {
         for (Droplet& d : droplets_) std::fill_n(d.ring.path, d.ring.padded, 0.0);
@@ -342,6 +372,7 @@ inline void Island::run_block(const Budget& budget) {
     }
     step_ += steps;
     steps_taken_ += steps;
+    run_clocks(steps);
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Droplet& d = droplets_[i];
         DropletLook& seen = look_.droplets[i];
@@ -367,4 +398,5 @@ inline std::vector<std::vector<Vec2>> Island::synchronized_velocities() {
 
 }  // namespace pinchoff
 
+#include "coalescence.hpp"
 #include "events.hpp"

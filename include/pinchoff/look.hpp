@@ -52,6 +52,12 @@ struct Nearby {
     std::size_t chunks;   // where Look::distance2 begins for this pair
 };
 
+/// How much of one droplet's outline is within a vertex spacing of another's.
+struct Facing {
+    int droplet, other;  // indices
+    double length;
+};
+
 /// Everything measured at one instant.
 struct Look {
     std::vector<DropletLook> droplets;
@@ -59,6 +65,7 @@ struct Look {
     std::vector<Nearby> nearby;
     std::vector<double> distance2;  // squared distance of every chunk of vertices, by pairs
     ContactLists lists;             // complete up to the end of the coming block
+    std::vector<Facing> facings;    // where contacts of droplets are followed
     std::vector<double> neck_work;  // room for a look at a neck
 };
 

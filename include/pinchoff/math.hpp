@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 #include "types.hpp"
 
@@ -103,6 +104,27 @@ inline Lanes running_sum(Lanes a) {
     a += __builtin_shufflevector(none, a, 1, 2);
 #endif
     return a;
+}
+
+/// Two of the rows of a square of numbers, in which the squares of `Step` that stand across the
+/// diagonal change places.
+template <int Step, int... Lane>
+inline void exchange(Lanes& a, Lanes& b, std::integer_sequence<int, Lane...>) {
+    const Lanes first =
+        __builtin_shufflevector(a, b, (Lane & Step ? kWidth + Lane - Step : Lane)...);
+    b = __builtin_shufflevector(a, b, (Lane & Step ? kWidth + Lane : Lane + Step)...);
+    a = first;
+}
+
+/// Turn kWidth rows into columns.
+template <int Step = 1>
+inline void transpose(Lanes* rows) {
+    if constexpr (Step < kWidth) {
+        for (int i = 0; i < kWidth; ++i)
+            if (!(i & Step))
+                exchange<Step>(rows[i], rows[i + Step], std::make_integer_sequence<int, kWidth>{});
+        transpose<2 * Step>(rows);
+    }
 }
 
 /// Natural logarithm of a positive, finite, normal number, to about 1 ulp; no branch, no table.

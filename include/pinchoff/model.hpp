@@ -19,6 +19,7 @@ inline constexpr double kReferenceArea = 0.25 * std::numbers::pi;
     FIELD(edge_stiffness)               \
     FIELD(area_stiffness)               \
     FIELD(wall_stiffness)               \
+    FIELD(adhesion)                     \
     FIELD(offset)                       \
     FIELD(start_distance)               \
     FIELD(vertex_count)                 \

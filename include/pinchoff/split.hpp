@@ -177,6 +177,52 @@ inline Shape respace(const Shape& s, int count) {
     return out;
 }
 
+/// Where the edges from two vertices on, first < second, cross.
+struct Crossing {
+    int first = -1, second = -1;
+    Vec2 place{0, 0};
+};
+
+inline Crossing find_crossing(Outline r) {
+    const int n = static_cast<int>(r.size());
+    for (int i = 0; i + 2 < n; ++i) {
+        const Vec2 a = r[i], e = r[i + 1] - a;
+        for (int j = i + 2; j < (i == 0 ? n - 1 : n); ++j) {
+            const Vec2 c = r[j], f = next_vertex(r, j) - c;
+            const double turn = cross(e, f);
+            if (turn == 0.0) continue;
+            const double s = cross(c - a, f) / turn, t = cross(c - a, e) / turn;
+            if (s > 0.0 && s < 1.0 && t > 0.0 && t < 1.0) return {i, j, a + s * e};
+        }
+    }
+    return {};
+}
+
+/// An outline without the small loops in which it crosses itself: of the two parts at a crossing
+/// the larger one stays.
+inline Shape untangled(Shape s) {
+    constexpr int kMostLoops = 8;
+    for (int loop = 0; loop < kMostLoops; ++loop) {
+        const Crossing at = find_crossing(s.r);
+        if (at.first < 0) break;
+        const int n = static_cast<int>(s.r.size());
+        Shape inner, outer;
+        inner.add(at.place, s.v[at.first]);
+        for (int i = at.first + 1; i <= at.second; ++i) inner.add(s.r[i], s.v[i]);
+        outer.add(at.place, s.v[at.first]);
+        for (int i = at.second + 1; i <= n + at.first; ++i) outer.add(s.r[i % n], s.v[i % n]);
+        s = signed_area(inner.r) > signed_area(outer.r) ? std::move(inner) : std::move(outer);
+    }
+    return s;
+}
+
+/// Scales an outline about its centroid.
+inline void scale_to_area(Shape& s, double area) {
+    const double scale = std::sqrt(area / signed_area(s.r));
+    const Vec2 middle = centroid(s.r);
+    for (Vec2& p : s.r) p = middle + scale * (p - middle);
+}
+
 inline Vec2 mean(const std::vector<Vec2>& v) {
     Vec2 sum{0, 0};
     for (const Vec2& a : v) sum = sum + a;

@@ -25,7 +25,8 @@ inline double stable_step(double omega2, double drag_rate) {
 
 /// Squared frequencies of the stiffest motion that each term of the energy allows, for vertices of
 /// mass m = M/N_v: neighbouring vertices against each other along and across their edge, a vertex
-/// against the wall, and the whole outline against the area term, k_a |∇A|²/m with |∇A|² = P²/N_v.
+/// against the wall that repels and attracts it, and the whole outline against the area term, k_a
+/// |∇A|²/m with |∇A|² = P²/N_v.
 struct Stiffness {
     double edges, wall, area;
 };
@@ -34,7 +35,7 @@ inline Stiffness stiffness(const Ring& ring, double perimeter) {
     const double vertex_mass = ring.mass / ring.count;
     const double l = ring.rest_length;
     return {4.0 * (ring.edge_spring + ring.constants.line_tension / l) / vertex_mass,
-            4.0 * ring.wall_stiffness / (l * l) / vertex_mass,
+            (4.0 * ring.wall_stiffness / (l * l) + 6.0 * ring.constants.adhesion / l) / vertex_mass,
             ring.area_stiffness * perimeter * perimeter / ring.mass};
 }
 
@@ -46,9 +47,10 @@ inline constexpr double kLongestFrontStep = 2e-3;
 /// Front tracking: the largest stable step. Line tension pulls neighbouring vertices back against
 /// each other at the rate 4 N_v γ/(μ D0 l), and the scheme is stable up to a product of one (that
 /// of Adams and Bashforth). With P = N_v l that is Δt = Ca_sim l²/(4 P); it grows with the
-/// perimeter, so the circle's is the least.
+/// perimeter, so the circle's is the least. Adhesion W adds less than 6 W/l to 4 γ/l.
 inline double stable_front_step(const Ring& ring) {
-    return ring.rest_length / (4.0 * ring.mobility * ring.constants.line_tension);
+    const double pull = 4.0 * ring.constants.line_tension + 6.0 * ring.constants.adhesion;
+    return ring.rest_length / (pull * ring.mobility);
 }
 
 /// Front tracking: a step that stays stable.

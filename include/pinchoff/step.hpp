@@ -120,6 +120,36 @@ inline void push_from_walls(const Scene& scene) {
     }
 }
 
+/// Forces of adhesion to one wall on the ends of all edges, times `scale`: into fx, fy (count).
+inline void pull_to_wall(const Ring& ring, const Obstacle& o, const double* x, const double* y,
+                         double scale, double* fx, double* fy) {
+    const double reach = o.radius + adhesion_start(ring) + adhesion_fade(ring);
+    for (int i = 0; i < ring.count; ++i) {
+        const Vec2 a{x[i] - o.x, y[i] - o.y}, b{x[i + 1] - o.x, y[i + 1] - o.y};
+        if (smaller(dot(a, a), dot(b, b)) > reach * reach) continue;
+        const EdgeForces f = adhesion_forces(ring, o.radius, a, b);
+        const int next = i + 1 == ring.count ? 0 : i + 1;
+        fx[i] += scale * f.start.x;
+        fy[i] += scale * f.start.y;
+        fx[next] += scale * f.end.x;
+        fy[next] += scale * f.end.y;
+    }
+}
+
+/// Adhesion of the listed droplets to the pillars that they have met.
+inline void pull_to_walls(const Scene& scene) {
+    for (int c = 0; c < scene.wall_count; ++c) {
+        const WallContact& contact = scene.walls[c];
+        const Ring& ring = scene.rings[contact.ring];
+        if (!(ring.constants.adhesion > 0.0) || !contact.met) continue;
+        pull_to_wall(ring, contact.obstacle, ring.x, ring.y, 1.0, ring.push_x, ring.push_y);
+        for (int i = ring.count; i < ring.padded; ++i) {
+            ring.push_x[i] = ring.push_x[i - ring.count];
+            ring.push_y[i] = ring.push_y[i - ring.count];
+        }
+    }
+}
+
 /// Nearest point of some edges of a ring to a point, with the side that the point is on.
 struct Nearest {
     int edge;         // it lies on the edge from this vertex to the next
@@ -241,6 +271,7 @@ inline void push_contacts(const Scene& scene) {
         std::fill_n(ring.push_y, ring.padded, 0.0);
     }
     push_from_walls(scene);
+    pull_to_walls(scene);
     push_droplets_apart(scene);
 }
 

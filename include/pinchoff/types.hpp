@@ -82,6 +82,7 @@ struct Ring {
 struct WallContact {
     int ring, first, last;
     Obstacle obstacle;
+    bool met = true;  // front tracking lists a wall before the droplet touches it
 };
 
 /// A vertex of one droplet that may touch a run of consecutive edges of another, or of its own: of

@@ -324,7 +324,8 @@ static nb::tuple wall_vertices(Row row, Points outline, double x, double y, doub
     Look look;
     const Obstacle obstacle{x, y, radius};
     const Nearby near = look_nearby(look, best_kernels(), d.ring, 0, obstacle, 0);
-    const double room = list_wall(look.lists, d, 0, obstacle, look.distance2.data() + near.chunks);
+    const double room =
+        list_wall(look.lists, d, 0, obstacle, true, look.distance2.data() + near.chunks);
     nb::list list;
     for (const WallContact& c : look.lists.walls) list.append(nb::make_tuple(c.first, c.last));
     return nb::make_tuple(room, list);

@@ -26,7 +26,7 @@ std::vector<double> numbers_of(Numbers values) {
 void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, Triples droplets,
               Numbers cell, bool periodic_x, bool periodic_y, double window,
               double smallest_breaking, Numbers inlet, Numbers diameters, double outlet,
-              std::uint64_t seed, int threads, bool exhaustive) {
+              Numbers coalescence, std::uint64_t seed, int threads, bool exhaustive) {
     const Box box{cell.data()[0], cell.data()[1], cell.data()[2], cell.data()[3]};
     const Period period{periodic_x ? box.right - box.left : 0.0,
                         periodic_y ? box.top - box.bottom : 0.0};
@@ -36,6 +36,10 @@ void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, 
     world.retires = true;
     world.smallest_breaking = smallest_breaking;
     world.exhaustive = exhaustive;
+    if (coalescence.size() == 3) {
+        const double* how = coalescence.data();
+        world.coalescence = {true, how[0], how[1], how[2] != 0.0, seed};
+    }
     EmulsionSettings settings;
     settings.cell = box;
     const double* in = inlet.data();
@@ -109,11 +113,13 @@ void bind_emulsion(nb::module_& m) {
     nb::class_<EmulsionRun>(m, "Emulsion", "Many droplets among many obstacles, run in windows.")
         .def("__init__", &make_run, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a, "cell"_a,
              "periodic_x"_a, "periodic_y"_a, "window"_a, "smallest_breaking"_a, "inlet"_a,
-             "diameters"_a, "outlet"_a, "seed"_a, "threads"_a, "exhaustive"_a = false,
+             "diameters"_a, "outlet"_a, "coalescence"_a, "seed"_a, "threads"_a,
+             "exhaustive"_a = false,
              "model, obstacles (M, 3), droplets (K, 3) as for System; cell: left, right, bottom, "
              "top; inlet: x, bottom, top,\n"
-             "area fraction (zero: none), with the (n,) diameters that are drawn from; exhaustive: "
-             "one "
+             "area fraction (zero: none), with the (n,) diameters that are drawn from; "
+             "coalescence: K Ca_sim,\n"
+             "s, and whether 1/t_d is a rate, or empty; exhaustive: one "
              "island in which everybody is compared with everybody, for comparison.")
         .def("advance", &advance_run, "windows"_a,
              "Run so many windows, fewer when the run has failed. A signal ends it.")

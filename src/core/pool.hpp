@@ -11,11 +11,27 @@
 #include <functional>
 #include <mutex>
 #include <stop_token>
+#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
 
 namespace pinchoff {
+
+/// Starts up to `threads` threads with start(t): fewer where the system allows no more, so that
+/// work is slower but done. Rethrows std::system_error where not even one could be.
+template <class Start>
+int start_threads(int threads, const Start& start) {
+    for (int t = 0; t < threads; ++t) {
+        try {
+            start(t);
+        } catch (const std::system_error&) {
+            if (t == 0) throw;
+            return t;
+        }
+    }
+    return threads;
+}
 
 /// Runs job(i, stop) for i in [0, count) on `threads` threads; a long job looks at `stop` now and
 /// then. The calling thread runs `watch(done)` ten times a second; when that returns false, `stop`
@@ -27,7 +43,7 @@ void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch
     std::atomic<bool> stop{false};
     std::mutex mutex;
     std::condition_variable idle;
-    int running = threads;
+    int running = 0;
     std::exception_ptr failure;
     const auto work = [&] {
         for (std::size_t i; !stop && (i = next++) < count; ++done) {
@@ -44,8 +60,8 @@ void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch
         idle.notify_one();
     };
     std::vector<std::jthread> pool;
-    for (int t = 0; t < threads; ++t) pool.emplace_back(work);
-    std::unique_lock lock(mutex);
+    std::unique_lock lock(mutex);  // nobody ends before all are counted
+    running = start_threads(threads, [&](int) { pool.emplace_back(work); });
     while (!idle.wait_for(lock, std::chrono::milliseconds(100), [&] { return running == 0; })) {
         lock.unlock();
         if (!watch(done.load())) stop = true;
@@ -60,8 +76,11 @@ void run_jobs(std::size_t count, int threads, const Job& job, const Watch& watch
 class Team {
 public:
     explicit Team(int threads) {
-        for (int t = 1; t < threads; ++t)
+        const auto start = [this](int t) {
+            if (t == 0) return;  // the calling thread
             others_.emplace_back([this, t](const std::stop_token& stop) { serve(stop, t); });
+        };
+        start_threads(threads, start);
     }
     ~Team() {
         {

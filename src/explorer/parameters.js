@@ -72,6 +72,7 @@ export class Model {
       drag: values.simulation_capillary_number * tension,
       line_tension: tension,
       edge_stiffness: edges * tension,
+      adhesion: tension * (1 + Math.cos((Math.PI / 180) * values.contact_angle)),
       front_tracking: Number(values.model === "front-tracking"),
       time_step: values.time_step === "auto" ? NaN : values.time_step,
       neck_separation_in_diameters: Number(values.neck_separation_unit === "diameter"),

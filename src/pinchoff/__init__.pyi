@@ -11,6 +11,7 @@ from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
 from .model import arrays as arrays
 from .model import flow as flow
+from .model.emulsion import Coalescence as Coalescence
 from .model.emulsion import Emulsion as Emulsion
 from .model.emulsion import Inlet as Inlet
 from .model.emulsion import simulate_emulsion as simulate_emulsion
@@ -29,6 +30,8 @@ from .studies.calibration import Calibration as Calibration
 from .studies.calibration import CollisionsTarget as CollisionsTarget
 from .studies.calibration import LineTarget as LineTarget
 from .studies.calibration import calibrate as calibrate
+from .studies.head_on import Drainage as Drainage
+from .studies.head_on import calibrate_drainage as calibrate_drainage
 from .studies.sweep import SweepDesign as SweepDesign
 from .studies.sweep import sweep as sweep
 from .studies.virtual import virtual_experiment as virtual_experiment
@@ -46,8 +49,10 @@ __version__: str
 __all__ = [
     "Boundary",
     "Calibration",
+    "Coalescence",
     "Collision",
     "CollisionsTarget",
+    "Drainage",
     "Emulsion",
     "ImportedCollisions",
     "Inlet",
@@ -67,6 +72,7 @@ __all__ = [
     "boundary",
     "breakup_number",
     "calibrate",
+    "calibrate_drainage",
     "chamber",
     "errors",
     "export_clip",

@@ -27,7 +27,7 @@ SMALL: dict[str, Any] = {
     "imaging": {"pitch_um": 800, "rows": 3, "columns": 3},
     "exit": {"length_um": 1800, "width_um": 700, "port_diameter_um": 900},
     "mask": {"margin_um": 1000},
-    "operation": {"elements_across_gap": 6},
+    "operation": {"elements_across_gap": 7},
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from shapely import MultiPolygon, Point, Polygon, box
 
 from pinchoff.chamber.brinkman import Source, solve
 from pinchoff.chamber.mesh import build_mesh
+from pinchoff.model import flow
 
 LENGTH, WIDTH, END = 1600.0, 400.0, 300.0
 
@@ -145,3 +147,25 @@ def test_outside_the_fluid_there_is_no_velocity_and_no_pressure():
     outside = np.array([[-10.0, 200.0], [800.0, WIDTH + 1]])
     assert (field.at(outside) == 0).all()
     assert np.isnan(field.pressure_at(outside)).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [0.5, 1.0, 2.0])
+def test_the_engine_s_flow_of_a_gap_is_what_the_solver_finds(ratio):
+    """Given it on the walls alone, R = 85 µm, the solver tends to it as the elements shrink."""
+    radius = 85.0
+    engine = flow.brinkman(1.0, ratio)
+    given = SimpleNamespace(
+        radius=radius,
+        kappa=math.sqrt(12) / (ratio * radius),
+        velocity=lambda points: engine.velocity(points / radius),
+    )
+    ring = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    round_it = np.column_stack([np.cos(ring), np.sin(ring)])
+    points = np.concatenate([r * round_it for r in (95, 110, 150, 250)])
+    coarse, fine = (
+        np.sqrt(np.mean((past_cylinder(given, h).at(points) - given.velocity(points)) ** 2))
+        for h in (16.0, 8.0)
+    )
+    assert fine < 3e-3
+    assert coarse / fine > 2.8  # an order of 1.5 or more

@@ -25,9 +25,17 @@ def calibrate(*arguments):
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory):
+def coarse(tmp_path_factory):
+    """Fewer vertices, a quarter of the work."""
+    path = tmp_path_factory.mktemp("config") / "coarse.toml"
+    path.write_text("vertex_count = 48\n")
+    return path
+
+
+@pytest.fixture(scope="module")
+def out(coarse, tmp_path_factory):
     folder = tmp_path_factory.mktemp("calibrate") / "new" / "fit"
-    assert calibrate("paper-simulation", *QUICK, "--grid", 3, "--out", folder) == 0
+    assert calibrate("paper-simulation", coarse, *QUICK, "--grid", 3, "--out", folder) == 0
     return folder
 
 
@@ -47,17 +55,18 @@ def test_the_report(out):
     assert abs(mean["line_tension"]) < 0.1
 
 
-def test_the_same_command_takes_up_the_evaluations(out, monkeypatch, capsys):
+def test_the_same_command_takes_up_the_evaluations(out, coarse, monkeypatch, capsys):
     before = (out / "evaluations.jsonl").read_bytes()
     monkeypatch.setattr(evaluation, "boundary", None)  # nothing is left to simulate
-    assert calibrate("paper-simulation", *QUICK, "--grid", 3, "--out", out, "--json") == 0
+    again = ["paper-simulation", coarse, *QUICK, "--grid", 3, "--out", out]
+    assert calibrate(*again, "--json") == 0
     report = json.loads((out / "calibration.json").read_text(encoding="utf-8"))
     assert json.loads(capsys.readouterr().out) == report
     assert (out / "evaluations.jsonl").read_bytes() == before
 
 
-def test_another_calibration_in_its_folder_is_refused(out, capsys):
-    assert calibrate("paper-experiment", *QUICK, "--out", out) == 2
+def test_another_calibration_in_its_folder_is_refused(out, coarse, capsys):
+    assert calibrate("paper-experiment", coarse, *QUICK, "--out", out) == 2
     printed = capsys.readouterr()
     assert FORM.fullmatch(printed.err)["argument"] == str(out / "evaluations.jsonl")
     assert "target" in printed.err

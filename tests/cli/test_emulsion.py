@@ -84,3 +84,65 @@ def test_physical_units_give_the_same_run(tmp_path):
     assert physical.array.circles == pytest.approx(plain.array.circles)
     number = physical.parameters.simulation_capillary_number
     assert number == pytest.approx(plain.parameters.simulation_capillary_number)
+
+
+SHORT = CONFIG.replace("time = 12", "time = 9")
+
+
+def test_a_sweep_writes_a_folder_a_run_and_a_table(tmp_path):
+    import pandas as pd
+
+    text = SHORT + "\n[sweep]\nseed = [1, 2]\n"
+    assert run(tmp_path, text) == 0
+    table = pd.read_csv(tmp_path / "out" / "sweep.csv")
+    assert table["seed"].tolist() == [1, 2]
+    assert table["mean_diameter"].between(0.3, 1.01).all()
+    page = (tmp_path / "out" / "index.html").read_text()
+    for folder in table["folder"]:
+        assert (tmp_path / "out" / folder / "index.html").is_file()
+        assert f"{folder}/index.html" in page
+    before = (tmp_path / "out" / "run-0001" / "checkpoint.npz").read_bytes()
+    assert run(tmp_path, text) == 0
+    assert (tmp_path / "out" / "run-0001" / "checkpoint.npz").read_bytes() == before
+
+
+@pytest.fixture(scope="module")
+def filmed(tmp_path_factory):
+    """Return the folder of a run with its film."""
+    pytest.importorskip("av", reason="its extra is not installed")
+    folder = tmp_path_factory.mktemp("filmed")
+    (folder / "config.toml").write_text(SHORT)
+    arguments = ["emulsion", str(folder / "config.toml"), "--out", str(folder / "out")]
+    assert main([*arguments, "--movie"]) == 0
+    return folder / "out"
+
+
+def test_the_film_shows_every_frame_of_the_whole_cell(filmed):
+    import av
+    import numpy as np
+
+    with av.open(str(filmed / "movie.mp4")) as film:
+        pictures = [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+    assert len(pictures) == 19
+    assert pictures[0].shape[1] == 1280
+    # What moves is seen, and the pillars stay.
+    moved = np.abs(pictures[-1].astype(int) - pictures[4].astype(int)).max(axis=2) > 60
+    assert 0.02 < moved.mean() < 0.6
+
+
+def test_a_film_without_outlines_is_refused_before_anything_runs(tmp_path, capsys):
+    (tmp_path / "config.toml").write_text("outlines = false\n" + SHORT)
+    arguments = ["emulsion", str(tmp_path / "config.toml"), "--out", str(tmp_path / "out")]
+    assert main([*arguments, "--movie"]) == 2
+    assert "error: --movie must be" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_contacts_can_be_fitted_and_explored(filmed):
+    import pinchoff as po
+    from pinchoff.explorer.page import is_built
+
+    table = po.read_collisions(filmed / "collisions.parquet")
+    assert len(table) > 5
+    assert (filmed / "explore.html").is_file() == is_built()
+    assert ('href="explore.html"' in (filmed / "index.html").read_text()) == is_built()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from typing import get_args
 
@@ -16,9 +17,9 @@ from pinchoff.model.presets import preset_names
 
 GROUP = typer.main.get_command(app)
 COMMANDS = {name: GROUP.get_command(None, name) for name in GROUP.commands}
-OTHERS = ("film", "compare", "video", "export", "explore", "examples")
-"""Commands whose results are films, copies of other files, or examples."""
-WRITERS = [name for name in COMMANDS if name not in OTHERS]
+WRITERS = [*COMMANDS]
+NO_FOLDER = ("summary", "examples")
+"""A picture is not a result that could be lost; the examples' folder is an argument."""
 
 
 def options_of(command):
@@ -51,9 +52,23 @@ def test_help_of_run_has_the_defaults_of_the_model(flag, name):
 def test_all_that_write_have_the_same_options_for_it(command):
     options = options_of(command)
     assert "--json" in options
-    if command == "summary":  # its picture is not a result that could be lost
-        return
-    assert {"--out", "--overwrite"} <= {*options}
+    if command not in NO_FOLDER:
+        assert "--out" in options
+    if command not in ("summary", "video"):  # what is measured already is taken up, not replaced
+        assert "--overwrite" in options
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_fits_a_terminal_and_can_be_pasted(command):
+    """No line is wrapped, and one that goes on says so."""
+    text = inspect.cleandoc(COMMANDS[command].callback.__doc__)
+    assert max(map(len, text.splitlines())) <= 77
+    examples = text.partition("[bold]Example")[2].partition("[/bold]")[2].split("\n\n")
+    for example in filter(None, map(str.strip, examples)):
+        *lines, last = example.splitlines()
+        assert example.startswith("pinchoff ")
+        assert not last.endswith("\\")
+        assert all(line.endswith(" \\") for line in lines), example
 
 
 def test_one_name_is_one_meaning():

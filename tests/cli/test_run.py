@@ -107,6 +107,20 @@ def test_every_option_at_once(tmp_path):
     assert any((frame != frames[0]).any() for frame in frames)
 
 
+def test_formats_films_and_streamlines(tmp_path, capsys):
+    out = tmp_path / "out"
+    chosen = ["--format", "pdf, .SVG", "--gif", "--streamlines", "--frames-every", "0.5"]
+    assert main(["run", "--out", str(out), *COARSE, *chosen]) == 0
+    pictures = ["snapshots.pdf", "snapshots.svg"]
+    assert files_in(out) == ["collision.json", "movie.gif", "outlines.gsd", *pictures]
+    assert (out / "movie.gif").read_bytes().startswith(b"GIF8")
+    assert (out / "snapshots.pdf").read_bytes().startswith(b"%PDF")
+    assert "<svg" in (out / "snapshots.svg").read_text(encoding="utf-8")
+    assert main(["run", "--format", "gif", "--out", str(tmp_path / "no")]) == 2
+    assert "--format must be of png, pdf, svg" in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
+
+
 def test_same_collision_as_the_library(finished):
     collision = po.simulate(po.Parameters())
     report = strict_json((finished / "collision.json").read_text(encoding="utf-8"))
@@ -393,7 +407,7 @@ def test_movie_without_pyav_is_refused_before_the_run(tmp_path, monkeypatch, cap
 def test_help_shows_an_example(capsys):
     assert main(["run", "--help"]) == 0
     text = capsys.readouterr().out
-    assert "pinchoff run --capillary 30 --offset 0.1 --out off-centre --movie" in text
+    assert "pinchoff run --capillary 30 --offset 0.1 --out off-centre --format pdf --gif" in text
     for option in ("--size-ratio", "--surface-tension", "--set", "--frames-every", "--overwrite"):
         assert option in text
 
@@ -431,18 +445,33 @@ def test_what_nobody_foresaw_ends_in_one_line(monkeypatch, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "code", "said"),
     [
-        (OSError(errno.ENOSPC, "No space left", "x.gsd"), "x.gsd: No space left; make room"),
-        (OSError(errno.ENAMETOOLONG, "File name too long"), "too long; choose a shorter name"),
-        (RuntimeError("can't start new thread"), "no further thread could be started; allow"),
-        (MemoryError(), "no memory is left"),
+        (OSError(errno.ENOSPC, "No space left", "x.gsd"), 1, "x.gsd must be on a disk with room"),
+        (OSError(errno.EFBIG, "File too large"), 1, "make room and give the same command again"),
+        (OSError(errno.ENAMETOOLONG, "File name too long"), 2, "'File name too long'; choose a"),
+        (OSError(errno.EROFS, "Read-only file system", "a"), 2, "a must be one that you may write"),
+        (OSError(errno.EIO, "Input/output error", "a"), 1, "see whether its disk is in order"),
+        (RuntimeError("can't start new thread"), 1, "(ulimit -u), or run fewer threads"),
     ],
 )
-def test_what_the_system_refuses_comes_with_advice(monkeypatch, tmp_path, capsys, error, said):
+def test_what_the_system_refuses_comes_with_advice(
+    monkeypatch, tmp_path, capsys, error, code, said
+):
     def refusing(*_, **__):
         raise error
 
     monkeypatch.setattr("pinchoff.model.simulation._core.System", refusing)
+    assert main(["run", "--out", str(tmp_path / "out")]) == code
+    message = capsys.readouterr().err
+    assert said in message
+    assert FORM.search(message)
+
+
+def test_no_memory_is_said(monkeypatch, tmp_path, capsys):
+    def refusing(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("pinchoff.model.simulation._core.System", refusing)
     assert main(["run", "--out", str(tmp_path / "out")]) == 1
-    assert said in capsys.readouterr().err
+    assert "no memory is left" in capsys.readouterr().err

@@ -4,6 +4,7 @@ import doctest
 import importlib
 import inspect
 import pkgutil
+from importlib.util import find_spec
 
 import pytest
 
@@ -15,7 +16,33 @@ MODULES = sorted(
 PUBLIC = ("pinchoff", "pinchoff.chamber", "pinchoff.model.flow", "pinchoff.video.microscope")
 
 
+@pytest.fixture(scope="module")
+def flows():
+    """The flows through a device that examples have asked for: each takes seconds."""
+    return {}
+
+
+@pytest.fixture
+def computed_once(flows, monkeypatch):
+    """Let examples that ask for the same flow share it."""
+    if find_spec("skfem") is None:
+        return
+    from pinchoff.chamber import flow_check
+
+    compute = flow_check.check_flow
+
+    def shared(design):
+        text = repr(design)
+        if text not in flows:
+            flows[text] = compute(design)
+        return flows[text]
+
+    for holder in (pinchoff.chamber, flow_check):  # the first takes its own from the second
+        monkeypatch.setattr(holder, "check_flow", shared)
+
+
 @pytest.mark.parametrize("name", ["pinchoff", *MODULES])
+@pytest.mark.usefixtures("computed_once")
 def test_examples(name, tmp_path, monkeypatch):
     if name == "pinchoff._core":
         pytest.skip("compiled: its docstrings hold no examples")

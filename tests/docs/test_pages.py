@@ -1,17 +1,26 @@
 """The examples of the site's tutorials and how-to pages run, one after the other, as they stand.
 
-A page's blocks share a folder with the clone's headers: ``sh`` is run by a shell,
-``python`` in one session, and a block that begins with the name of a file is written to it.
-``console`` shows what to type elsewhere and is not run.
+A page's blocks share a folder with the clone's headers. ``sh`` is run by a shell, and our own
+commands without a process of their own. ``python`` is run in one session. A block that begins with
+the name of a file is written to it. ``text`` is what the block above it prints, its last expression
+included, with ... for what differs from run to run. ``console`` shows what to type elsewhere and is
+not run.
 """
 
+import ast
+import contextlib
+import doctest
+import io
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from pinchoff.cli import main
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
@@ -29,6 +38,8 @@ NEEDS = {
     "tutorials/porous-medium.md": "skfem",
 }
 
+_PRINTS = doctest.OutputChecker()
+_LOOSELY = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", flags=re.M | re.S)
 _FILE = re.compile(r"(?:#|//) ([\w.-]+\.\w+)\n")
 
@@ -43,26 +54,47 @@ def test_examples_run(page, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "include").symlink_to(ROOT / "include")
     session: dict[str, object] = {}
+    printed = io.StringIO()
     for language, text in _BLOCK.findall((DOCS / page).read_text(encoding="utf-8")):
         if named := _FILE.match(text):
             (tmp_path / named[1]).write_text(text, encoding="utf-8")
-        elif language == "sh":
-            run_shell(text)
-        elif language == "python":
-            exec(compile(text, page, "exec"), session)
+        elif language == "text":
+            assert _PRINTS.check_output(text, printed.getvalue(), _LOOSELY), printed.getvalue()
+        elif language in ("sh", "python"):
+            with contextlib.redirect_stdout(io.StringIO()) as printed:
+                run_block(language, text, session)
 
 
-def run_shell(text):
-    """Run lines of a shell, with the commands of this environment; the first failure ends it."""
+def run_block(language, text, session):
+    if language == "sh":
+        for line in text.replace("\\\n", " ").splitlines():
+            run(line)
+        return
+    tree = ast.parse(text)
+    last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+    exec(compile(tree, "page", "exec"), session)
+    if last is not None:
+        value = eval(compile(ast.Expression(last.value), "page", "eval"), session)
+        if value is not None:
+            print(repr(value))
+
+
+def run(line):
+    """Run a line of a shell, with the commands of this environment."""
+    words = shlex.split(line, comments=True)
+    if words[:1] == ["pinchoff"]:
+        assert main(words[1:]) == 0, line
+        return
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(
-        ["sh", "-eu", "-c", text],
+        ["sh", "-eu", "-c", line],
         capture_output=True,
         text=True,
         check=False,
         env={**os.environ, "PATH": path},
     )
-    assert done.returncode == 0, f"{text}\n{done.stdout}\n{done.stderr}"
+    assert done.returncode == 0, f"{line}\n{done.stdout}\n{done.stderr}"
+    print(done.stdout)
 
 
 def test_every_tutorial_and_how_to_has_examples():

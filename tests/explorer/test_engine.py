@@ -156,7 +156,13 @@ def test_the_automatic_time_step_is_pythons(engine: Engine) -> None:
         np.testing.assert_allclose(engine.row(), row, rtol=1e-15)
 
 
-ANY_NUMBER = ("offset", "neck_separation_in_diameters", "stop_at_breakup", "front_tracking")
+ANY_NUMBER = (
+    "offset",
+    "neck_separation_in_diameters",
+    "neck_thickness_is_fixed",
+    "stop_at_breakup",
+    "front_tracking",
+)
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, -1.0])

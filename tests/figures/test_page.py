@@ -9,7 +9,8 @@ import pytest
 from matplotlib.figure import Figure
 
 import pinchoff as po
-from pinchoff.figures.html_page import Page
+from pinchoff.figures.html_page import Mark, Page
+from pinchoff.figures.mathml import formula
 
 VOID = {"meta", "link", "img", "br"}
 
@@ -109,3 +110,37 @@ def test_written_whole(tmp_path):
     page.write(tmp_path / "page.html")
     assert [path.name for path in tmp_path.iterdir()] == ["page.html"]
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == page.html()
+
+
+def test_formulas_are_mathml_and_nest():
+    page = Page("Title", "on the line $S = α (Ca Ã z̃)^β$")
+    page.formula("Bk = Ca Ã z̃ (S/α)^(-1/β)")
+    page.paragraph("costs $3, or a$b$c^")
+    page.paragraph("an <index> $ε_μ^2$")
+    text = page.html()
+    read(page)
+    assert text.count("<math") == 3
+    assert "<msup><mi>β" not in text
+    assert "<mfrac><mi>S</mi><mi>α</mi></mfrac>" in text
+    assert "costs $3, or a$b$c^" in text  # what is no formula stays as it is
+
+
+def test_fractions_powers_and_indices_bind_as_they_are_read():
+    assert (
+        formula("a/b^2")
+        == "<math><mfrac><mi>a</mi><msup><mi>b</mi><mn>2</mn></msup></mfrac></math>"
+    )
+    assert "<msup><mi>μ</mi><msub><mi>ε</mi><mi>v</mi></msub></msup>" in formula("μ^ε_v")
+    for wrong in ("(a", "a)", "a^", "/a", "a?"):
+        with pytest.raises(ValueError, match=r"formula|partner"):
+            formula(wrong)
+
+
+def test_marks_have_a_colour_and_a_sign():
+    page = Page("Title")
+    page.table(("", "verdict"), [("α^(1/β) <", Mark("agrees", "good")), ("b", Mark("no", "bad"))])
+    text = page.html()
+    read(page)
+    assert '<span class="good">✓ agrees</span>' in text
+    assert '<span class="bad">✗ no</span>' in text
+    assert "α<sup>1/β</sup> &lt;" in text

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import pinchoff as po
 from pinchoff.figures import style
-from pinchoff.figures.movie import write_movie
+from pinchoff.figures.movie import _Stage, write_movie
 from pinchoff.figures.snapshots import snapshot_strip, write_snapshots
 from pinchoff.studies.moments import collision_moments
 from pinchoff.support import palette
@@ -153,7 +153,41 @@ def test_given_axes_are_drawn_into(broken):
     assert snapshot_strip(broken.outlines, times=[0.0, 3.0], axes=axes) == list(axes)
 
 
+def test_streamlines_follow_the_flow_round_the_obstacle(broken):
+    flow = po.flow.stokes(broken.parameters.obstacle_radius)
+    (plain,) = snapshot_strip(broken.outlines, times=[2.0])
+    (drawn,) = snapshot_strip(broken.outlines, times=[2.0], flow=flow)
+    (lines,) = [c for c in drawn.collections if isinstance(c, LineCollection)]
+    assert not [c for c in plain.collections if isinstance(c, LineCollection)]
+    curves = [np.asarray(curve) for curve in lines.get_segments()]
+    middles = np.concatenate([(curve[1:] + curve[:-1]) / 2 for curve in curves])
+    steps = np.concatenate([np.diff(curve, axis=0) for curve in curves])
+    outside = np.hypot(*middles.T) > 1.3 * broken.parameters.obstacle_radius
+    outside &= np.hypot(*steps.T) > 1e-9
+    along = flow.velocity(middles[outside])
+    cosine = (along * steps[outside]).sum(axis=1) / (
+        np.hypot(*along.T) * np.hypot(*steps[outside].T)
+    )
+    assert np.median(np.abs(cosine)) > 0.999
+    assert (np.hypot(*middles.T) > 0.9 * broken.parameters.obstacle_radius).all()
+
+
+def test_film_says_how_much_of_the_run_a_second_shows(broken):
+    stage = _Stage(broken.outlines, fps=30)
+    (pace,) = [t.get_text() for t in stage._axes.texts if "of film" in t.get_text()]
+    step = float(np.median(np.diff(broken.outlines.times)))
+    assert pace == f"1 s of film: {30 * step:.3g} $t_0$"
+
+
+def test_player_needs_no_network(broken):
+    page = broken.outlines[::20].animate().page
+    assert "http" not in page
+    assert '<i class="fa' not in page
+
+
 def test_wrong_times_and_axes_are_refused(broken, refused):
+    end = float(broken.outlines.times[-1])
+    refused("times", snapshot_strip, broken.outlines, [end + 1])
     outlines = broken.outlines
     refused("times", snapshot_strip, outlines, times=[])
     refused("times", snapshot_strip, outlines, times=[0.0, np.nan])
@@ -172,7 +206,8 @@ def test_film_shows_a_pink_droplet_and_a_grey_obstacle(broken, tmp_path):
     av = pytest.importorskip("av")
     calls = []
     path = tmp_path / "movie.mp4"
-    write_movie(path, broken.outlines, fps=25, progress=lambda *args: calls.append(args))
+    every_fourth = broken.outlines[::4]
+    write_movie(path, every_fourth, fps=25, progress=lambda *args: calls.append(args))
     assert [file.name for file in tmp_path.iterdir()] == ["movie.mp4"]
     with av.open(str(path)) as film:
         stream = film.streams.video[0]

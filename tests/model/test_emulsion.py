@@ -44,6 +44,29 @@ def lattice(rows, columns, pitch, diameter=0.9, origin=(0.5, 0.5)):
     ]
 
 
+def in_a_box(row, flow, starts, box, obstacles=(), *, exhaustive=False):
+    """Droplets of the core in a periodic box, on one thread; nothing flows in or is recorded."""
+    nothing = np.zeros(0)
+    return _core.Emulsion(
+        row,
+        flow,
+        np.reshape(obstacles, (-1, 3)).astype(float),
+        np.array(starts),
+        np.array(box, dtype=float),
+        True,
+        True,
+        0.05,
+        0.0,
+        np.zeros(4),
+        nothing,
+        math.inf,
+        nothing,
+        0,
+        1,
+        exhaustive=exhaustive,
+    )
+
+
 def crowd(time, *, model=SPRINGS, on_frame=None, threads=1, **changes):
     """Twenty-five droplets pressed against each other and against pillars, all of it periodic."""
     size = 5 * 1.02
@@ -302,22 +325,7 @@ def test_momentum_of_touching_droplets_is_kept():
     for name, value in (("drag", 1e-13), ("neck_thickness", 0.0)):
         row[_core.MODEL_FIELDS.index(name)] = value
     starts = np.array([[0.1, 1.0, 1.0], [2.92, 1.3, 0.9], [0.9, 0.45, 0.6]])
-    run = _core.Emulsion(
-        row,
-        po.flow.uniform(0, 0),
-        np.zeros((0, 3)),
-        starts,
-        np.array([0.0, 3.7, 0.0, 3.0]),
-        True,
-        True,
-        0.05,
-        0.0,
-        np.zeros(4),
-        np.zeros(0),
-        math.inf,
-        0,
-        1,
-    )
+    run = in_a_box(row, po.flow.uniform(0, 0), starts, [0.0, 3.7, 0.0, 3.0])
     run.advance(20)
     _, offsets, _, velocities = run.frame()
     ends = np.asarray(offsets).astype(int)
@@ -465,23 +473,7 @@ def test_islands_give_what_comparing_everybody_gives(kind):
     flow = periodic_flow(size, size)
     islands, frames = [], []
     for exhaustive in (False, True):
-        run = _core.Emulsion(
-            row,
-            flow,
-            obstacles,
-            np.array(starts),
-            np.array([0, size, 0, size]),
-            True,
-            True,
-            0.05,
-            0.0,
-            np.zeros(4),
-            np.zeros(0),
-            math.inf,
-            0,
-            1,
-            exhaustive=exhaustive,
-        )
+        run = in_a_box(row, flow, starts, [0, size, 0, size], obstacles, exhaustive=exhaustive)
         run.advance(14)
         counts = dict(zip(_core.BALANCE_FIELDS, np.asarray(run.balance()).tolist(), strict=True))
         islands.append(counts["islands"] / counts["windows"])
@@ -497,7 +489,7 @@ def test_islands_give_what_comparing_everybody_gives(kind):
 @pytest.mark.parametrize("kind", MODELS)
 def test_no_deep_overlap_in_a_million_droplet_steps(kind):
     """A crowd stirred for long: nobody is retired, which a vertex spacing of overlap would do."""
-    run = crowd(60.0, model=kind, interval=20.0)
+    run = crowd(60.0 if kind == SPRINGS else 90.0, model=kind, interval=20.0)  # longer steps
     assert run.balance["retired"] == 0
     assert run.balance["steps"] * 25 > 1e6
 
@@ -506,21 +498,11 @@ def test_a_droplet_that_blows_up_is_retired_alone():
     """An area far too stiff for the step: no hang and no crash, but a reason for each."""
     row = FEW.model_row()
     row[_core.MODEL_FIELDS.index("area_stiffness")] *= 1e6
-    run = _core.Emulsion(
+    run = in_a_box(
         row,
         po.flow.uniform(),
-        np.zeros((0, 3)),
         np.array(lattice(3, 3, 1.4)) * [1, 1, 0] + [0, 0, 1],
-        np.array([0, 4.4, 0, 4.4]),
-        True,
-        True,
-        0.05,
-        0.0,
-        np.zeros(4),
-        np.zeros(0),
-        math.inf,
-        0,
-        1,
+        [0, 4.4, 0, 4.4],
     )
     run.advance(20)
     assert run.failed

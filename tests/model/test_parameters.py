@@ -611,6 +611,7 @@ def test_the_defaults_are_these():
         "edge_stiffness": 3.0,
         "area_stiffness": 400000.0,
         "wall_stiffness": 100.0,
+        "contact_angle": 180.0,
         "start_distance": 5.0,
         "time_step": "auto",
         "time_limit": 30.0,

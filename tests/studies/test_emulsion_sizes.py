@@ -16,6 +16,7 @@ from pinchoff.studies.emulsion_sizes import (
     correlation_time,
     jackknife,
     lineage,
+    origins,
     study_sizes,
 )
 
@@ -87,6 +88,7 @@ def test_constant_kernel_and_uniform_daughters_give_an_exponential_distribution(
     assert study.rates["breakup"].value == pytest.approx(total, rel=0.02)
     assert study.rates["merge"].value == pytest.approx(total, rel=0.02)
     assert abs(study.growth.value) < 3 * study.growth.error
+    assert study.exchange.value == pytest.approx(1.0, abs=3 * study.exchange.error)
 
 
 def test_correlation_time_is_that_of_an_autoregressive_series():
@@ -174,6 +176,54 @@ def test_lineage_tells_mothers_and_fates():
     assert math.isnan(family.loc[3, "ended"])
 
 
+def merging(time, droplet, partner, into, areas):
+    return {
+        "kind": "merge",
+        "time": time,
+        "droplet_id": droplet,
+        "partner": partner,
+        "into": into,
+        "area_1": areas[0],
+        "area_2": areas[1],
+    }
+
+
+def test_lineage_tells_what_merged_droplets_come_from():
+    """0 breaks into 1 and 2; 2 and 3 merge into 4, then 4 and 1 into 5."""
+    events = pd.DataFrame(
+        [
+            breakup(1.0, 0, (1, 2)) | {"area_1": 0.3, "area_2": 0.1},
+            merging(2.0, 2, 3, 4, (0.1, 0.4)),
+            merging(3.0, 1, 4, 5, (0.3, 0.5)),
+        ]
+    )
+    family = lineage(events)
+    assert family["parent"].to_dict() == {0: -1, 1: 0, 2: 0, 3: -1, 4: 3, 5: 4}
+    assert family["other_parent"].to_dict() == {0: -1, 1: -1, 2: -1, 3: -1, 4: 2, 5: 1}
+    assert family["fate"].tolist() == ["breakup", "merge", "merge", "merge", "merge", ""]
+    assert list(ancestors(family, 5)) == [4, 3]
+    assert origins(family, 5) == pytest.approx({0: 0.5, 3: 0.5})
+    assert origins(family, 4) == pytest.approx({0: 0.2, 3: 0.8})
+    assert origins(family, 3) == {3: 1.0}
+
+
+def test_a_contact_of_a_droplet_that_soon_merged_is_not_settled():
+    circles = np.array([[0.0, 0.0, 0.3]])
+    events = pd.DataFrame(
+        [
+            contact(1.0, 0, 0),
+            contact(1.0, 1, 0),
+            contact(1.0, 2, 0),
+            merging(2.0, 0, 1, 7, (0.5, 0.5)),
+            merging(8.0, 2, 7, 8, (0.5, 1.0)),
+        ]
+    )
+    parameters = po.Parameters(simulation_capillary_number=40)
+    events[["x", "y"]] = math.nan
+    table = contact_outcomes(events, circles, parameters, end=20.0)
+    assert table["settled"].tolist() == [False, False, True]
+
+
 def contact(time, droplet, obstacle):
     numbers = {"symmetry": 0.5, "speed": 0.5, "area": 0.8}
     return {"kind": "contact", "time": time, "droplet_id": droplet, "obstacle": obstacle, **numbers}
@@ -189,3 +239,29 @@ def test_a_breakup_is_put_down_to_the_pillar_at_its_neck():
     assert table["settled"].tolist() == [True, True, False]
     expected = breakup_number(9.8e-5 * 40 * 0.5, normalized_area=0.8 / 0.09, symmetry=0.5)
     assert table["breakup_number"].tolist() == pytest.approx([float(expected)] * 3)
+
+
+def correlated_sizes(seed, keep=0.9, frames=1200):
+    """Return droplets whose size is an autoregressive series in time: correlated by 9.5 frames."""
+    rng = np.random.default_rng(seed)
+    size = np.zeros(frames)
+    for k in range(1, frames):
+        size[k] = keep * size[k - 1] + rng.normal()
+    times = np.repeat(np.arange(float(frames)), 5)
+    return pd.DataFrame({"time": times, "diameter": 1.0 + 0.02 * np.repeat(size, 5)})
+
+
+def test_errors_hold_for_a_series_that_is_correlated_in_time():
+    """Droplets of one frame are alike, and so are neighbouring frames: neither is independent."""
+    studies = [
+        study_sizes(correlated_sizes(seed), NO_EVENTS, start=0.0, residence_time=50.0)
+        for seed in range(60)
+    ]
+    values, errors = np.array([study.mean_diameter for study in studies]).T
+    exact = 0.02 / (1 - 0.9) / math.sqrt(1200)  # of a mean of such a series
+    assert np.std(values) == pytest.approx(exact, rel=0.25)
+    assert np.mean(errors) == pytest.approx(exact, rel=0.2)
+    naive = 0.02 / math.sqrt(1 - 0.81) / math.sqrt(6000)
+    assert np.mean(errors) > 5 * naive
+    pulls = (values - 1.0) / errors
+    assert 0.75 < np.sqrt(np.mean(pulls**2)) < 1.4

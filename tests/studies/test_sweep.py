@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import weakref
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -292,7 +293,7 @@ def test_killed_sweep_goes_on_and_gives_the_same_rows(tmp_path):
         process.wait()
     before = {path.name: path.stat().st_mtime_ns for path in parts(out)}
     assert 9 <= len(before) < 30
-    (out / f".part-000029.{process.pid}.unfinished").write_bytes(b"half a part")
+    (out / ".pinchoff-0123456789abcdef.unfinished").write_bytes(b"half a part")
     killed = po.read_collisions(out)
     assert len(killed) == 16 * len(before)
 
@@ -335,10 +336,10 @@ def test_damaged_part_is_computed_again(done, tmp_path):
     assert len(po.read_collisions(tmp_path)) == 300
 
 
-def test_no_flipped_bit_is_read_back_as_other_numbers(done, tmp_path, refused):
+def test_no_flipped_bit_is_read_back_as_other_numbers(done, attacks, tmp_path, refused):
     po.sweep(SAMPLE, tmp_path)
     draw = np.random.default_rng(2)
-    for path in draw.choice(parts(tmp_path), 60):
+    for path in draw.choice(parts(tmp_path), attacks):
         whole = path.read_bytes()
         damaged = bytearray(whole)
         damaged[draw.integers(len(whole))] ^= 1 << draw.integers(8)
@@ -411,8 +412,9 @@ def test_unfit_folder_is_refused(refused, tmp_path):
 
 def test_second_sweep_in_the_same_folder_is_refused(refused, tmp_path):
     design = SweepDesign.from_config({**SHORT, **varied(offset=[0, 0.1])})
-    with dataset.opened(tmp_path, design):
-        assert "in use" in refused("out", po.sweep, design, tmp_path).got
+    with dataset.opened(tmp_path, design), ThreadPoolExecutor(1) as other:
+        error = other.submit(refused, "out", po.sweep, design, tmp_path).result()
+    assert "in use" in error.got
     assert po.sweep(design, tmp_path).computed == 2
 
 

@@ -61,10 +61,10 @@ def test_every_direction_of_flow(disc, sliding, symmetry_of_disc, measured, micr
 def test_every_frame_rate(disc, sliding, measured, microscope, fps):
     look = microscope.replace(fps=fps)
     scene = Scene((sliding(disc(20.0), 20.0, 8.0, OBSTACLE, fps=fps),))
-    (row,) = measured(scene, look, 40).to_dict("records")
+    (row,) = measured(scene, look, 40, method="rings").to_dict("records")
     assert row["speed_mm_s"] == pytest.approx(3.0 * fps * 5e-3, rel=0.01)
     assert row["contact_time_s"] == pytest.approx(row["contact_frame"] / fps, rel=1e-4)
-    (row,) = measured(scene, look, 40, fps=60.0).to_dict("records")
+    (row,) = measured(scene, look, 40, method="rings", fps=60.0).to_dict("records")
     assert row["speed_mm_s"] == pytest.approx(3.0 * 60 * 5e-3, rel=0.01)
 
 
@@ -199,7 +199,7 @@ def test_break_up_of_the_engine(measured, microscope):
     ]
     scene, count = lane_scene(runs, look)
     truth = encounter_table(scene_encounters(scene, look, count), LABORATORY, "film", "")
-    table = measured(scene, look, count)
+    table = measured(scene, look, count, method="rings")
     assert list(table["outcome"]) == list(truth["outcome"])
     assert sorted(table["outcome"]) == ["broke", "slipped"]
     for name, error in (

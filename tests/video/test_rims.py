@@ -174,10 +174,17 @@ def labelled(labels, upper):
 
 
 @pytest.mark.skipif(not BUBBLES.exists(), reason="the frames of bubbles are not beside the project")
-def test_real_bubbles():
+@pytest.mark.parametrize(
+    ("frames", "count"),
+    [
+        pytest.param("00.png", 68, id="one frame"),
+        pytest.param("*.png", 273, id="all frames", marks=pytest.mark.slow),  # half a minute
+    ],
+)
+def test_real_bubbles(frames, count):
     """The figures of docs/video.md: masks found, and what is right where labelling was done."""
     hits = objects = right = near = 0
-    for path in sorted((BUBBLES / "images").glob("*.png")):
+    for path in sorted((BUBBLES / "images").glob(frames)):
         labels = cv2.imread(str(BUBBLES / "labels" / path.name), cv2.IMREAD_UNCHANGED)
         masks, circles = labelled(labels, upper=path.stem == "03")
         found = [
@@ -197,6 +204,6 @@ def test_real_bubbles():
                 near += 1
                 right += any(each.overlap(other) > 0.5 for other in every)
     print(f"recall {hits / objects:.3f} of {objects}, precision {right / near:.3f} of {near}")
-    assert objects == 273
+    assert objects == count
     assert hits / objects >= 0.80
     assert right / near >= 0.60

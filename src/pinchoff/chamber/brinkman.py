@@ -226,7 +226,7 @@ def _assembled(mesh: TriangleMesh, thickness_um: float, sources: Sequence[Source
 
 @dataclass(frozen=True, eq=False)
 class _Wrap:
-    """Which degrees of freedom of a mesh are one and the same: images, in a periodic mesh.
+    """Which degrees of freedom of a periodic mesh are images of one another.
 
     Attributes
     ----------
@@ -274,7 +274,7 @@ class _Wrap:
         return np.asarray(np.bincount(numbers, vector), dtype=np.float64)
 
     def places(self, places: Floats) -> Floats:
-        """Return where the velocity's degrees of freedom sit: one of the images of each."""
+        """Return the place of each degree of freedom of the velocity; of images, one place."""
         chosen = np.empty((int(self.nodes.max()) + 1, 2))
         chosen[self.nodes] = places
         return chosen
@@ -296,9 +296,9 @@ def _iterate(
     """Solve for the velocity off the walls, in place, and return the pressure."""
     inner = np.setdiff1d(np.arange(len(velocity)), system.wall, assume_unique=True)
     momentum = system.momentum[inner][:, inner]
-    b = [each[:, inner] for each in system.divergence]
+    b = [part[:, inner] for part in system.divergence]
     known = system.momentum[inner] @ velocity  # of the walls' velocity alone
-    leaving = sum(each @ velocity[:, k] for k, each in enumerate(system.divergence))
+    leaving = sum(part @ velocity[:, k] for k, part in enumerate(system.divergence))
     right = np.concatenate([(drive[inner] - known).ravel(), leaving - system.source])
     for_velocity = _chebyshev(momentum)
     for_pressure = _cahouet_chabard(system, thickness_um)
@@ -334,12 +334,12 @@ def _iterate(
 def _saddle_point(momentum: Any, b: list[Any]) -> Callable[[Floats], Floats]:
     """Return the product with the whole matrix; velocities come node by node, then pressures."""
     n = momentum.shape[0]
-    bt = [each.T.tocsr() for each in b]
+    bt = [part.T.tocsr() for part in b]
 
     def product(x: Floats) -> Floats:
         u, p = x[: 2 * n].reshape(n, 2), x[2 * n :]
         au = momentum @ u
-        au -= np.column_stack([each @ p for each in bt])
+        au -= np.column_stack([part @ p for part in bt])
         return np.concatenate([au.ravel(), -(b[0] @ u[:, 0]) - (b[1] @ u[:, 1])])
 
     return product

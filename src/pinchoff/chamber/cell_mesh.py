@@ -34,12 +34,9 @@ class PeriodicMesh(TriangleMesh):
     ----------
     representative : ndarray, shape (n,)
         Number of each node on the torus; images of one node share it.
-    pillar_of : ndarray, shape (n,)
-        Which pillar a node lies on, -1 in the fluid.
     """
 
     representative: Integers
-    pillar_of: Integers
 
 
 def build_cell_mesh(array: PillarArray, elements: float) -> PeriodicMesh:
@@ -199,8 +196,8 @@ def _on_torus(
     corners = places[triangles]
     middle = corners.mean(axis=1)
     in_cell = ((middle >= 0) & (middle < size)).all(axis=1)
-    owner = np.append(pillar, np.full(len(points) - len(pillar), -1))
-    of = owner[numbers[triangles]]
+    pillar_of = np.append(pillar, np.full(len(points) - len(pillar), -1))  # -1 in the fluid
+    of = pillar_of[numbers[triangles]]
     # All three corners on one pillar: the triangle lies in it, as its polygon is convex.
     solid = (of[:, 0] >= 0) & (of[:, 0] == of[:, 1]) & (of[:, 0] == of[:, 2])
     triangles = triangles[in_cell & ~solid]
@@ -210,7 +207,6 @@ def _on_torus(
         triangles=_anticlockwise(places[used], local.reshape(-1, 3)),
         wall_count=0,
         representative=numbers[used],
-        pillar_of=owner[numbers[used]],
     )
     fluid = array.porosity * array.length * array.width
     if not math.isclose(float(mesh.areas().sum()), fluid, rel_tol=1e-9):

@@ -170,7 +170,7 @@ class _Limit(NamedTuple):
 
 
 def _require_chain(device: Device) -> None:
-    """Refuse parts that do not join: each limit is one of the parameter that is named."""
+    """Refuse parts that do not join; each limit names its parameter."""
     for name, value, least, most, why in (*_inlet_limits(device), *_chamber_limits(device)):
         if not least <= value <= most:
             limit = f"at least {least:g}" if value < least else f"at most {most:g}"

@@ -57,7 +57,7 @@ class Trust:
     largest_island: int
 
     def verdict(self) -> str:
-        """Say in words what the numbers mean for the results."""
+        """Say in words how far the results can be trusted."""
         if self.slip < 0.1 and self.blocked < 0.01:
             return (
                 "Droplets move nearly as the fluid would without them, and hardly any gap is "

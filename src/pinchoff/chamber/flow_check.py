@@ -165,7 +165,8 @@ def check_flow(chamber: Chamber, *, show: Show | None = None) -> FlowCheck:
     A coarse mesh, which is off by a few per cent:
 
     >>> from pinchoff.chamber import Chamber
-    >>> check = check_flow(Chamber(operation={"elements_across_gap": 4}))
+    >>> few = {"rows": 4, "columns": 2}
+    >>> check = check_flow(Chamber(imaging=few, operation={"elements_across_gap": 4}))
     >>> round(check.imaging_speed_mm_s, 1)
     1.4
     """
@@ -301,7 +302,7 @@ def _spread(speeds: Floats, parts: int, axis: int) -> float:
 
 
 def _mass_error(check: FlowCheck) -> float:
-    """Return the greatest relative difference of the flow through sections and what comes in."""
+    """Return the largest relative difference between the flow through a section and the inflow."""
     chamber, at = check.chamber, check.chamber.layout.stations
     operation = chamber.operation
     total = operation.oil_rate_uL_min + operation.water_rate_uL_h / 60.0

@@ -245,6 +245,7 @@ def _side_shape(device: Device, at: Stations) -> Polygon:
             (at.imaging, inner),
             (at.imaging, outer),
             (at.straight, outer),
+            *_mouth(device, at),
             (at.expansion, y + half),
         ]
     )
@@ -253,10 +254,26 @@ def _side_shape(device: Device, at: Stations) -> Polygon:
 def _extra_shape(device: Device, at: Stations, port: Port) -> BaseGeometry:
     """Return the channel from an extra oil inlet to where it meets the wall that widens."""
     half = device.oil_inputs.channel_width_um / 2
+    high, low = _mouth(device, at)
+    side = port.y_um - half
+    start = [(port.x_um, port.y_um + half), (port.x_um, side)]
+    return Polygon([*start, (low[0], side), low, high])
+
+
+def _mouth(device: Device, at: Stations) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return where the outer wall of the side channel is open to extra oil, its upper end first.
+
+    The solid between the two channels ends in a face as wide as the thinnest wall that can be
+    made, not in an edge. Both shapes have these very points as corners, so that no sliver is left
+    between them on the grid.
+    """
+    y = _ports(device, at)["extra_oil_left"].y_um
+    half = device.oil_inputs.channel_width_um / 2
     narrow = _arm_y(device) + device.inlets.arm_width_um / 2
     slope = device.expansion.length_um / (device.width_um / 2 - narrow)
-    meets = at.expansion + slope * (port.y_um + half - narrow)
-    return box(port.x_um, port.y_um - half, meets, port.y_um + half)
+    ends = y + half, max(y - half - device.least_wall_um, narrow)
+    high, low = ((round(at.expansion + slope * (e - narrow), 3), round(e, 3)) for e in ends)
+    return high, low
 
 
 def _exit_shape(device: Device, at: Stations) -> Polygon:

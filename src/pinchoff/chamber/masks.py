@@ -15,6 +15,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.shapes import GRID_UM, polygons
+from pinchoff.support.errors import PinchoffError
 from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ LAYERS = {
 """Number of each layer; DXF uses the names. ``mask_clear`` is what light passes through."""
 
 _MOST_POINTS = 4000  # of a GDSII polygon; some readers take no more than 8190
+_ENDLIB = b"\0\4\4\0"  # the last record of GDSII
+_END, _END_SIZE = b"\2", 256  # of OASIS, and its length in bytes
 _DATE = datetime(2000, 1, 1)  # a fixed date, so that the same design gives the same file
 _COLORS = {  # DXF's colour numbers, near those of the appendix
     "inlets": 2,
@@ -57,7 +60,7 @@ def layers(chamber: Chamber) -> dict[str, BaseGeometry]:
 
 
 def mask_clear(layout: Layout, polarity: str) -> BaseGeometry:
-    """Return what is clear on the mask: channels and marks, or on a bright field all the rest."""
+    """Return the clear part of the mask: channels and marks, or all but these."""
     drawn = shapely.union_all([layout.fluid, *layout.marks.values()])
     if polarity == "dark-field":
         return drawn
@@ -77,6 +80,7 @@ def write_gds(chamber: Chamber, path: Path) -> None:
     """
     with written_aside(path) as unfinished:
         _library(chamber).write_gds(unfinished, max_points=_MOST_POINTS, timestamp=_DATE)
+        _require_whole(path, unfinished.read_bytes().endswith(_ENDLIB))
 
 
 def write_oasis(chamber: Chamber, path: Path) -> None:
@@ -92,6 +96,20 @@ def write_oasis(chamber: Chamber, path: Path) -> None:
     """
     with written_aside(path) as unfinished:
         _library(chamber).write_oas(unfinished)
+        _require_whole(path, unfinished.read_bytes()[-_END_SIZE:].startswith(_END))
+
+
+def _require_whole(path: Path, whole: bool) -> None:
+    """Refuse a file that the library could not finish, of which it says nothing.
+
+    Raises
+    ------
+    PinchoffError
+        It does not end as its format does.
+    """
+    if not whole:
+        advice = "make room and give the same command again"
+        raise PinchoffError(f"{path} must be written whole; got only a part of it; {advice}")
 
 
 def _library(chamber: Chamber) -> gdstk.Library:
@@ -118,7 +136,8 @@ def _without_holes(shape: BaseGeometry, layer: int) -> list[gdstk.Polygon]:
 def write_dxf(chamber: Chamber, path: Path) -> None:
     """Write the mask as DXF in µm, complete or not at all.
 
-    Outlines and holes are closed polylines on the layer of their region.
+    Every shape is a closed polyline on the layer of its region. Holes are joined to the outside by
+    cuts, as in GDSII: programs that fill closed polylines, nested ones too, would close them.
 
     Examples
     --------
@@ -137,8 +156,7 @@ def write_dxf(chamber: Chamber, path: Path) -> None:
     space = document.modelspace()
     for name, shape in layers(chamber).items():
         document.layers.add(name, color=_COLORS.get(name, 7))
-        for polygon in polygons(shape):
-            for ring in (polygon.exterior, *polygon.interiors):
-                space.add_lwpolyline(ring.coords[:-1], close=True, dxfattribs={"layer": name})
+        for piece in _without_holes(shape, LAYERS[name]):
+            space.add_lwpolyline(piece.points, close=True, dxfattribs={"layer": name})
     with written_aside(path) as unfinished:
         document.saveas(unfinished)

@@ -94,7 +94,9 @@ class ArrayFlow:
             left = left[(found[left] == 0).all(axis=1)]
         return found
 
-    def sampled(self, *, pad: float = 2.0, spacing: float | None = None) -> Flow:
+    def sampled(
+        self, *, pad: float = 2.0, spacing: float | None = None, periodic: str = ""
+    ) -> Flow:
         """Return the flow on a grid, as the engine takes it.
 
         Parameters
@@ -105,6 +107,8 @@ class ArrayFlow:
         spacing : float, optional
             Of the grid's nodes, D0; by default 12 nodes across a radius, 10 across the narrowest
             gap and 4 across the layer z/√12 in which the velocity falls to zero.
+        periodic : {"", "x", "y", "xy"}, optional
+            Along which axes the grid repeats itself for ever, instead of the pad.
 
         Raises
         ------
@@ -118,8 +122,8 @@ class ArrayFlow:
             spacing = float(min(narrowest, finest, layer / _NODES_PER_LAYER))
         spacing = checked_positive("spacing", spacing, "give it in D0")
         pad = checked_number("pad", pad, "give it in D0", low=0.0)
-        x, x_inner, x_nodes = _axis(self.array.length, pad, spacing)
-        y, y_inner, y_nodes = _axis(self.array.width, pad, spacing)
+        x, x_inner, x_nodes = _axis(self.array.length, pad, spacing, "x" in periodic)
+        y, y_inner, y_nodes = _axis(self.array.width, pad, spacing, "y" in periodic)
         if x.size * y.size > _MOST_NODES:
             got = f"{spacing:g}, that is {x.size * y.size:,} nodes"
             rule = f"such that there are at most {_MOST_NODES:,} nodes"
@@ -127,7 +131,7 @@ class ArrayFlow:
         grid = np.stack(np.meshgrid(x_inner, y_inner), axis=-1)
         velocity = self.velocity(grid.reshape(-1, 2)).reshape(grid.shape)
         whole = velocity[np.ix_(y_nodes, x_nodes)]
-        return flows.sampled(x, y, whole[..., 0], whole[..., 1])
+        return flows.sampled(x, y, whole[..., 0], whole[..., 1], periodic=periodic)
 
 
 def array_flow(
@@ -238,11 +242,13 @@ def _integral(field: Field) -> Floats:
     return np.asarray(field.mesh.areas() @ middles)
 
 
-def _axis(period: float, pad: float, spacing: float) -> tuple[Floats, Floats, Integers]:
+def _axis(
+    period: float, pad: float, spacing: float, periodic: bool
+) -> tuple[Floats, Floats, Integers]:
     """Return a grid axis over cell and pad, the nodes in one period, and each node's among them."""
     count = max(4, math.ceil(period / spacing))
     beyond = math.ceil(pad / (period / count)) if pad else 0
-    numbers = np.arange(-beyond, count + beyond + 1)
+    numbers = np.arange(count) if periodic else np.arange(-beyond, count + beyond + 1)
     step = period / count
     whole = np.asarray(np.mod(numbers, count), dtype=np.int64)
     return np.asarray(numbers * step), np.asarray(np.arange(count) * step), whole

@@ -60,7 +60,7 @@ def in_frame(
     if not finite_or_nan(pixel_size_um) > 0:
         advice = "give the size of a pixel in µm"
         raise InputError.of("pixel_size_um", "positive and finite", pixel_size_um, advice)
-    width, height = (_pixels(each) for each in frame_px)
+    width, height = (_pixels(side) for side in frame_px)
     at = chamber.layout.stations
     x, y = ((at.imaging + at.exit) / 2, 0.0) if centre_um is None else map(_place, centre_um)
     table = chamber.obstacles

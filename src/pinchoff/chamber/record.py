@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.masks import LAYERS
-from pinchoff.support.errors import InputError
+from pinchoff.support.records import Shape, read_record
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def design_record(chamber: Chamber, violations: Sequence[Violation] = ()) -> dict[str, Any]:
-    """Return what goes into design.json; units are in the names."""
+    """Return the content of design.json; units are in the names."""
     from pinchoff import __version__
 
     layout = chamber.layout
@@ -50,10 +49,14 @@ def design_record(chamber: Chamber, violations: Sequence[Violation] = ()) -> dic
         "ports": {name: port._asdict() for name, port in layout.ports.items()},
         "pillars": [pillar._asdict() for pillar in layout.pillars],
         "violations": [
-            {"rule": each.rule, "x_um": each.x_um, "y_um": each.y_um, "says": each.says}
-            for each in violations
+            {name: getattr(violation, name) for name in ("rule", "x_um", "y_um", "says")}
+            for violation in violations
         ],
     }
+
+
+class _Design(Shape):
+    parameters: dict[str, Any]
 
 
 def read_design(path: str | os.PathLike[str]) -> Chamber:
@@ -78,14 +81,5 @@ def read_design(path: str | os.PathLike[str]) -> Chamber:
     from pinchoff.chamber.design import Chamber
 
     advice = "name a design.json that pinchoff chamber wrote"
-    try:
-        record = json.loads(Path(path).read_text(encoding="utf-8"))
-        parameters = record["parameters"]
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InputError.of(str(path), "a readable file", reason, advice) from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError.of(str(path), "a design as JSON", str(error), advice) from None
-    if not isinstance(parameters, dict):
-        raise InputError.of(str(path), "a design as JSON", parameters, advice)
-    return Chamber(**parameters)
+    record = read_record(Path(path), _Design, "a design as JSON", advice)
+    return Chamber(**record["parameters"])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
     from pinchoff.chamber.layout import Layout
 
-_MITRE = 5.0  # sharper corners than 2 asin(1/5) = 23° count as too narrow
+_MITRE = 2.0  # sharper corners than 2 asin(1/2) = 60° count as too narrow
 _SPECK = 0.02  # of the least width squared: what the chords of a curve leave over is smaller
 _SLIVER = 0.02  # of the least width: as exact as offsets of a long wall are
 _OVERLAP_UM2 = 0.01
@@ -109,7 +109,7 @@ def _violation(rule: str, shape: BaseGeometry, says: str) -> Violation:
 
 
 def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
-    """Return what of a shape is at least so wide, keeping its corners."""
+    """Return the parts of a shape that are at least this wide, with their corners."""
     half = width / 2
     kept = shape.buffer(-half, join_style="mitre", mitre_limit=_MITRE)
     return kept.buffer(half, join_style="mitre", mitre_limit=_MITRE)

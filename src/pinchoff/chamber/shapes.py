@@ -89,7 +89,7 @@ def staggered(
 
 
 def inside(points_um: NDArray[np.float64], shape: BaseGeometry) -> NDArray[np.float64]:
-    """Return those of some points, shape (n, 2), that lie in a shape."""
+    """Return the points, shape (n, 2), that lie inside a shape."""
     shapely.prepare(shape)
     within = shapely.intersects_xy(shape, points_um[:, 0], points_um[:, 1])
     return np.asarray(points_um[within])

@@ -12,7 +12,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
-from pinchoff.chamber.shapes import polygons
+from pinchoff.chamber.shapes import polygons, quarter_segments
 from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
@@ -98,17 +98,17 @@ def write_scad(chamber: Chamber, path: Path) -> None:
 
 def scad_source(chamber: Chamber) -> str:
     """Return the OpenSCAD source."""
-    layout = chamber.layout
+    layout, tolerance = chamber.layout, chamber.mask.chord_tolerance_um
     present = [name for name in REGIONS if any(p.region == name for p in layout.pillars)]
     lines = [
         "// The microfluidic chamber, written by pinchoff. Lengths in mm.",
         "// mould(): the relief in SU-8 on its wafer, from which the PDMS is cast.",
         "// device(): the PDMS that comes off it, channels down.",
-        'show = "mould"; // [mould, device]',
+        "// relief(): what stands on the wafer, the fluid at its height.",
+        'show = "mould"; // [mould, device, relief]',
         f"z = {_mm(chamber.thickness_um)}; // height of the channels",
         "base = 0.5; // thickness of the wafer that is drawn",
         "roof = 5; // thickness of the PDMS over the channels",
-        f"$fa = 1; $fs = {_mm(10 * chamber.mask.chord_tolerance_um)};",
         "",
     ]
     for name in present:
@@ -116,14 +116,14 @@ def scad_source(chamber: Chamber) -> str:
         places = ", ".join(f"[{_mm(p.x_um)}, {_mm(p.y_um)}]" for p in some)
         lines += [
             f"{name}_pillar_radius = {_mm(some[0].radius_um)};",
+            f"{name}_pillar_sides = {4 * quarter_segments(some[0].radius_um, tolerance)};",
             f"{name}_pillars = [{places}];",
         ]
     for name, shape in layout.walls.items():
         lines += ["", f"module {name}() {{", "  difference() {", _polygon(shape)]
         if name in present:
-            lines.append(
-                f"    for (p = {name}_pillars) translate(p) circle(r = {name}_pillar_radius);"
-            )
+            circle = f"circle(r = {name}_pillar_radius, $fn = {name}_pillar_sides)"
+            lines.append(f"    for (p = {name}_pillars) translate(p) {circle};")
         lines += ["  }", "}"]
     lines += ["", *_scad_assembly(layout.outline.bounds)]
     return "\n".join(lines) + "\n"
@@ -138,17 +138,22 @@ def _scad_assembly(bounds: tuple[float, float, float, float]) -> list[str]:
     together = " ".join(f"{name}();" for name in REGIONS)
     chip = f"translate([{left}, {low}]) square([{right} - {left}, {high} - {low}]);"
     return [
+        f"module fluid() {{ {together} }}",
         "module relief() {",
+        "  if ($preview) parts(); else linear_extrude(z) fluid();  // one solid is built at once",
+        "}",
+        "module parts() {",
         *colored,
         "}",
-        f"module fluid() {{ {together} }}",
         f"module chip() {{ {chip} }}",
         "module mould() { translate([0, 0, -base]) linear_extrude(base) chip(); relief(); }",
         "module device() {",
         "  linear_extrude(z) difference() { chip(); fluid(); }",
         "  translate([0, 0, z]) linear_extrude(roof) chip();",
         "}",
-        'if (show == "mould") mould(); else device();',
+        'if (show == "mould") mould();',
+        'else if (show == "device") device();',
+        "else relief();",
     ]
 
 

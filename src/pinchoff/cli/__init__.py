@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import errno
 import io
+import signal
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -32,27 +33,19 @@ from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
 from pinchoff.cli.video import video
 from pinchoff.cli.virtual import virtual
-from pinchoff.support.errors import PinchoffError
+from pinchoff.support.errors import PinchoffError, refused_by_system
+from pinchoff.support.interruption import interrupted_by_signals
 
 # typer shows its parser's errors to the public only as the base class of this one.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
-_INTERRUPTED = 130  # exit code of typer after Ctrl-C; its older releases raise Abort
+_INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort
 
-_ADVICE = {
-    errno.ENOSPC: "; make room and give the same command again",
-    errno.EFBIG: "; make room and give the same command again",
-    errno.ENAMETOOLONG: "; choose a shorter name",
-    errno.EACCES: "; choose a folder that you may write to",
-    errno.EROFS: "; choose a folder that you may write to",
-    errno.EAGAIN: "; allow more processes and threads (ulimit -u), or lower --workers",
-}
 _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
-    add_completion=False,
     rich_markup_mode="rich",
 )
 _COMMANDS = {
@@ -101,6 +94,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     debug = "--debug" in typed
     given = [_by_its_name(text) for text in typed if text != "--debug"] or ["--help"]
     _never_fail_on_letters()
+    with interrupted_by_signals() as came:
+        code = _ended(given, debug)
+    if code != _INTERRUPTED:
+        return code
+    if came:
+        name = signal.Signals(came[0]).name
+        return _failed(f"stopped by {name}", 128 + came[0])  # as shells and batch systems count
+    return _failed("interrupted", 1)
+
+
+def _ended(given: Sequence[str], debug: bool) -> int:
+    """Run a command to its end and say what went wrong; return the exit code."""
     try:
         with printed_warnings():
             code = app(given, prog_name="pinchoff", standalone_mode=False)
@@ -109,9 +114,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except _UsageError as error:
         return _failed(_usage_message(error, given), 2)
     except (typer.Abort, KeyboardInterrupt):
-        return _failed("interrupted", 1)
+        return _INTERRUPTED
     except OSError as error:
-        return _failed(_system_message(error), 1)
+        refusal = refused_by_system(error)
+        return _failed(str(refusal), refusal.exit_code)
     except MemoryError:
         return _failed("no memory is left; close other programs, or give less at a time", 1)
     except ImportError as error:
@@ -120,8 +126,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if debug:
             raise
         return _failed(_unforeseen(error), 1)
-    if code == _INTERRUPTED:
-        return _failed("interrupted", 1)
     return code if isinstance(code, int) else 0
 
 
@@ -138,17 +142,10 @@ def _never_fail_on_letters() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _system_message(error: OSError) -> str:
-    """Say what the system refused, of which file, and what to do."""
-    reason = error.strerror or str(error)
-    place = f"{error.filename}: " if error.filename else ""
-    return f"{place}{reason}{_ADVICE.get(error.errno or 0, '')}"
-
-
 def _unforeseen(error: Exception) -> str:
     what = f"{type(error).__name__}: {str(error).partition(chr(10))[0]}".rstrip(": ")
     if "thread" in what or "Resource temporarily unavailable" in what:
-        return f"no further thread could be started{_ADVICE[errno.EAGAIN]}"
+        return str(refused_by_system(OSError(errno.EAGAIN, what)))
     advice = "the same command with --debug shows where; please report it to the developers"
     return f"this failed in a way that nobody foresaw ({what}); {advice}"
 
@@ -182,7 +179,7 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
 
 
 def _given_to(option: str, given: Sequence[str]) -> str:
-    """Return what stands behind an option."""
+    """Return the value that follows an option."""
     for k, text in enumerate(given):
         if text.startswith(f"{option}="):
             return text.partition("=")[2]

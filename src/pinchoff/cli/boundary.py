@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_list, read_pairs
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     CONSTANTS,
     AsJson,
@@ -77,12 +77,13 @@ def boundary(
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Find the symmetry at which droplets begin to break.
+    r"""Find the symmetry at which droplets begin to break.
 
-    The points are all combinations of the lists; at each the droplet's offset is varied. Without
-    options it is the paper's separating line. DIR gets
+    The points are all combinations of the lists; at each the droplet's offset
+    is varied. Without options it is the paper's separating line. DIR gets
 
-    - boundary.parquet, boundary.csv: a bracket for each point, and what was found there
+    - boundary.parquet, boundary.csv: a bracket for each point, and what was
+      found there
     - runs.parquet: every collision
     - fit.json: α and β with their intervals
     - separating_line.png: runs and lines
@@ -97,7 +98,8 @@ def boundary(
 
     pinchoff boundary --model front-tracking --out front
 
-    pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 --out appendix-c
+    pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 \
+    --out appendix-c
     """
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])
@@ -106,15 +108,15 @@ def boundary(
         scan_number = int(scan_number)
     folder = results_folder(out)
     base, _ = configuration(config, preset, model)
-    prepare_folder(folder, _FILES, overwrite=overwrite)
-    started = time.perf_counter()
-    line = _found(base, vary, width_number, scan_number)
-    from pinchoff.studies.boundary.report import boundary_report
+    with results_in(folder, _FILES, overwrite=overwrite):
+        started = time.perf_counter()
+        line = _found(base, vary, width_number, scan_number)
+        from pinchoff.studies.boundary.report import boundary_report
 
-    report, fit = boundary_report(line, time.perf_counter() - started)
-    remove_results(folder, _FILES)
-    paths = _write(line, fit, report, folder)
-    announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
+        report, fit = boundary_report(line, time.perf_counter() - started)
+        remove_results(folder, _FILES)
+        paths = _write(line, fit, report, folder)
+        announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
 
 
 def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, list[Any]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
@@ -79,37 +79,42 @@ def calibrate(
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
-    """Choose constants so that droplets break where a target says.
+    r"""Choose constants so that droplets break where a target says.
 
-    Every evaluation is a simulated separating line. DIR keeps them as they are made: the same
-    command takes up where an earlier one was stopped, and other settings are refused. DIR gets
+    Every evaluation is a simulated separating line, which takes seconds; a
+    search needs about 20. DIR keeps them: if the command is stopped, the same
+    command goes on, and other settings are refused. DIR gets
 
-    - calibration.json: the best constants, sensitivities, the conversion Ca = c Ca_sim
+    - calibration.json: the best constants, sensitivities, the conversion Ca =
+      c Ca_sim
     - line.png: the line before and after, and the target
     - landscape_*.png: the objective over pairs of constants
-    - sensitivity.csv: how S_c answers to each constant
+    - sensitivity.csv: how strongly S_c depends on each constant
     - evaluations.jsonl: every evaluation
 
     [bold]Examples[/bold]
 
-    pinchoff calibrate paper-simulation --free edge_stiffness --free neck_thickness --out fit
+    pinchoff calibrate paper-simulation --free edge_stiffness \
+    --free neck_thickness --out fit
 
-    pinchoff calibrate 0.083,-0.74,0.04,0.2 --free edge_stiffness=1,6 --grid 0 --out fit
+    pinchoff calibrate 0.083,-0.74,0.04,0.2 --free edge_stiffness=1,6 --grid 0 \
+    --out fit
 
-    pinchoff calibrate collisions.parquet --free conversion --free edge_stiffness --out mine
+    pinchoff calibrate collisions.parquet --free conversion \
+    --free edge_stiffness --out mine
     """
     folder = results_folder(out)
     aim, constants = _target(target), _bounds(free) if free else None
     base, _ = configuration(config, preset, model)
-    prepare_folder(folder)
-    if overwrite:
-        remove_results(folder, _FILES)
-    started = time.perf_counter()
-    options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
-    found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
-    report = _report(found, time.perf_counter() - started)
-    paths = _write(found, report, folder)
-    announce(report, lambda: _print(found, report), paths, as_json=as_json)
+    with results_in(folder):
+        if overwrite:
+            remove_results(folder, _FILES)
+        started = time.perf_counter()
+        options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
+        found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
+        report = _report(found, time.perf_counter() - started)
+        paths = _write(found, report, folder)
+        announce(report, lambda: _print(found, report), paths, as_json=as_json)
 
 
 def _target(text: str) -> Target:

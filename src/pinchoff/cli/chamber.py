@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from pinchoff.cli.assignments import read_values
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -101,7 +101,8 @@ def chamber(
 
     Without options it is the paper's device. DIR gets
 
-    - chamber.gds, chamber.oas, chamber.dxf: the photomask, a layer for each region
+    - chamber.gds, chamber.oas, chamber.dxf: the photomask, a layer for each
+      region
     - chamber.scad, chamber.stl: the relief of the mould
     - chamber.svg, chamber.png: the regions, coloured and numbered
     - design.json: parameters, pillar positions, areas, layers
@@ -122,20 +123,20 @@ def chamber(
     from pinchoff import chamber as po_chamber
 
     violations = po_chamber.check_rules(design)
-    prepare_folder(folder, _FILES, overwrite=overwrite)
-    _report_violations(design, violations, folder)
-    remove_results(folder, [name for name in _FILES if not (violations and name == RULES)])
-    paths = _write(design, violations, folder)
-    checked = _flow(design, violations, folder) if flow else None
-    record = _record(design, violations, checked, folder / RECORD)
-    paths += [folder / name for name in (RECORD, RULES, FLOW, COLLISION)]
-    announce(record, lambda: _print(record, checked), paths, as_json=as_json)
+    with results_in(folder, _FILES, overwrite=overwrite):
+        _report_violations(design, violations, folder)
+        remove_results(folder, [name for name in _FILES if not (violations and name == RULES)])
+        paths = _write(design, violations, folder)
+        checked = _flow(design, violations, folder) if flow else None
+        record = _record(design, violations, checked, folder / RECORD)
+        paths += [folder / name for name in (RECORD, RULES, FLOW, COLLISION)]
+        announce(record, lambda: _print(record, checked), paths, as_json=as_json)
 
 
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file, with what the command line says in place of it.
+    """Return the device of a file; the command line overrides it.
 
     Raises
     ------

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, refuse_results, results_folder
-from pinchoff.cli.options import OutFolder, Overwrite, named_as_options
-from pinchoff.cli.output import write_json
+from pinchoff.cli.folders import results_folder, results_in
+from pinchoff.cli.options import AsJson, OutFolder, Overwrite, named_as_options, option
+from pinchoff.cli.output import announce, write_json
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
@@ -21,18 +22,20 @@ def compare(
         Path, typer.Argument(metavar="CLIP", help="Folder of a measured clip, DIR/clips/NAME.")
     ],
     collision: Annotated[
-        int, typer.Option(metavar="ID", help="collision_id in the clip's collisions.parquet.")
+        int, option("INTEGER", "Its collision_id in the clip's collisions.parquet")
     ],
     out: OutFolder = "comparison",
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Simulate a measured collision from its own numbers, and lay it over the film.
+    """Simulate a measured collision and lay it over the film.
 
-    D0/R and Ca are those measured; the flow's speed is solved for so that the droplet is as fast at
-    contact, and its start so that it has the measured S (or b where S is 0). DIR gets
+    The simulation has the measured D0/R and Ca. The flow's speed and the
+    droplet's start are chosen so that at contact the droplet has the measured
+    speed and the measured S (or b, where S is 0). DIR gets
 
-    - comparison.png: six frames with the simulated outline in red at the same times, the path of
-      the centre of mass and the shape parameter of both
+    - comparison.png: six frames with the simulated outline in red at the same
+      times, the path of the centre of mass and the shape parameter of both
     - comparison.json: what was matched, and the root mean square differences
 
     [bold]Example[/bold]
@@ -44,18 +47,20 @@ def compare(
     from pinchoff.support.progress import progress_bar
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
-    refuse_results(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    with (
-        named_as_options(collision_id="--collision"),
-        progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
-    ):
-        found = compare_collision(clip, collision, progress=show)
-    prepare_folder(folder, (_PICTURE, _NUMBERS), overwrite=overwrite)
-    write_comparison(folder / _PICTURE, found)
-    numbers = found.to_dict()
-    write_json(folder / _NUMBERS, numbers)
+    with results_in(folder, (_PICTURE, _NUMBERS), overwrite=overwrite):
+        with (
+            named_as_options(collision_id="--collision"),
+            progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
+        ):
+            found = compare_collision(clip, collision, progress=show)
+        write_comparison(folder / _PICTURE, found)
+        numbers = found.to_dict()
+        write_json(folder / _NUMBERS, numbers)
+    files = (folder / _PICTURE, folder / _NUMBERS)
+    announce(numbers, lambda: _tell(numbers), files, as_json=as_json)
+
+
+def _tell(numbers: Mapping[str, Any]) -> None:
     print(f"filmed {numbers['measured_outcome']}, simulated {numbers['simulated_outcome']}")
-    print(f"centre of mass: root mean square distance {found.position_rms_um:.1f} µm")
-    print(f"shape parameter: root mean square difference {found.shape_rms:.3f}")
-    for name in (_PICTURE, _NUMBERS):
-        print(f"wrote {folder / name}")
+    print(f"centre of mass: root mean square distance {numbers['position_rms_um']:.1f} µm")
+    print(f"shape parameter: root mean square difference {numbers['shape_rms']:.3f}")

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.support.errors import InputError
+from pinchoff.support.files import read_toml, written_aside
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
+    from pinchoff.chamber.emulsion_design import EmulsionDesign
+    from pinchoff.chamber.emulsion_sweep import SweepRun
+    from pinchoff.chamber.periodic_flow import ArrayFlow
+    from pinchoff.model.emulsion import Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
+CONTACTS, SWEEP = "collisions.parquet", "sweep.csv"
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
@@ -33,17 +42,23 @@ def emulsion(
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
-    r"""Send droplets through an array of pillars, where they break.
+    r"""Send droplets through an array of pillars, where they break and merge.
 
-    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters], and \[inlet] or
-    \[droplets]; pinchoff examples writes one. Droplets do not merge.
+    CONFIG.toml holds time, and the tables \[array], \[flow], \[parameters],
+    and \[inlet] or \[droplets]. With \[coalescence] droplets merge. pinchoff
+    examples writes such a file.
 
     DIR gets
 
     - index.html: the page, with every figure inside
     - emulsion.json: the numbers
+    - collisions.parquet: each contact with a pillar, as pinchoff fit takes it
+    - explore.html: the contacts to play with, beside the live model
     - events, sizes and outlines in pieces, and a checkpoint
     - movie.mp4: the film, with --movie
+
+    With a table \[sweep] every combination of the values it lists is run,
+    each in a folder of its own, and DIR gets sweep.csv and a page of all.
 
     A run that was stopped, in any way, goes on with the same command.
 
@@ -52,46 +67,141 @@ def emulsion(
     pinchoff emulsion examples/emulsion.toml --out emulsion
     """
     from pinchoff.chamber.emulsion_design import EmulsionDesign
-    from pinchoff.chamber.emulsion_trust import measure_trust
-    from pinchoff.figures.pages.emulsion_page import emulsion_page
-    from pinchoff.studies.emulsion_sizes import study_sizes
+    from pinchoff.chamber.emulsion_sweep import TABLE, sweep_runs
 
     folder = results_folder(out)
-    design = EmulsionDesign.from_toml(config)
+    table = read_toml(config)
+    varied = sweep_runs(table, config.parent) if TABLE in table else []
+    designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
     if movie:
-        from pinchoff.video.writing import require_video_extra
+        _require_movie(designs)
+    with results_in(folder), going_on_with(out):
+        if overwrite:
+            for place in [folder / one.folder for one in varied] or [folder]:
+                _remove(place)
+        if varied:
+            _sweep(varied, folder, workers, movie, as_json)
+            return
+        made = _make(designs[0], folder, workers, movie)
+        announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
 
-        require_video_extra("--movie")
-    if overwrite:
-        for pattern in _PIECES:  # the checkpoint first: it counts on the others
-            for path in folder.glob(pattern):
-                path.unlink()
+
+def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
+    from pinchoff.video.writing import require_video_extra
+
+    require_video_extra("--movie")
+    if not all(design.settings["outlines"] for design in designs):
+        advice = "write outlines = true, which is the default, and run again"
+        raise InputError.of("--movie", "left out where outlines are not kept", "it", advice)
+
+
+def _remove(folder: Path) -> None:
+    for pattern in _PIECES:  # the checkpoint first: it counts on the others
+        for path in folder.glob(pattern):
+            path.unlink()
+
+
+class _Made(NamedTuple):
+    run: Emulsion
+    study: SizeStudy
+    report: dict[str, Any]
+    files: list[Path]
+
+
+def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool) -> _Made:
+    """Run a design, or go on with it, and write all that comes of it."""
     shown = sys.stderr.isatty()
-    with going_on_with(out):
-        with progress_bar(shown, "flow", None, unit="iterations") as show:
-            flow = design.flow(show)
-        run = design.run(flow, folder, threads=workers, progress=shown)
-    residence = None if design.inlet else design.array.length / flow.mean_velocity[0]
-    study = study_sizes(run.sizes, run.events, residence_time=residence)
+    with progress_bar(shown, "flow", None, unit="iterations") as show:
+        flow = design.flow(show)
+    run = design.run(flow, folder, threads=workers, progress=shown)
+    files, report = _write(design, flow, run, folder, workers)
+    if movie:
+        _write_movie(design, run, folder, shown)
+        files.append(folder / MOVIE)
+    return _Made(run, design.study(run, flow), report, files)
+
+
+def _sweep(
+    runs: Sequence[SweepRun], folder: Path, workers: int | None, movie: bool, as_json: bool
+) -> None:
+    """Run one design after the other, each on all threads; write the table and its page."""
+    import pandas as pd
+
+    from pinchoff.chamber.emulsion_sweep import summary_row
+    from pinchoff.figures.pages.emulsion_page import sweep_page
+
+    rows = []
+    for number, one in enumerate(runs, start=1):
+        made = _make(one.design, folder / one.folder, workers, movie)
+        rows.append(summary_row(one, made.run, made.study))
+        if not as_json:
+            values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
+            print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
+    table = pd.DataFrame(rows)
+    with written_aside(folder / SWEEP) as unfinished:
+        table.to_csv(unfinished, index=False)
+    sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
+    report = {"runs": jsonable(table.to_dict("records"))}
+    announce(report, lambda: None, [folder / PAGE, folder / SWEEP], as_json=as_json)
+
+
+def _write(
+    design: EmulsionDesign, flow: ArrayFlow, run: Emulsion, folder: Path, workers: int | None
+) -> tuple[list[Path], dict[str, Any]]:
+    """Write the page, that to explore the contacts, and the tables; return the report too."""
+    from pinchoff.chamber.emulsion_trust import measure_trust
+    from pinchoff.collisions.parquet import write_collisions
+    from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
+    from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
+    from pinchoff.studies.contact_table import contact_table
+    from pinchoff.studies.emulsion_contacts import contact_outcomes
+
+    study = design.study(run, flow)
     trust = None
     if design.settings["outlines"]:
-        spacing = 3.1416 / run.parameters.vertex_count
+        spacing = math.pi / run.parameters.vertex_count
         sampled = flow.sampled(pad=2.0)
         trust = measure_trust(run.outline_pieces(), design.array, sampled, study.start, spacing)
-    emulsion_page(design, run, study, trust).write(folder / PAGE)
-    report = _report(study) | {"time": run.time, "balance": run.balance}
+    array, events = design.array, run.events
+    contacts = contact_outcomes(events, array.circles, run.parameters, run.time, array.width)
+    isolated = design.isolated(contacts, flow, workers)
+    table = contact_table(events, contacts, run.parameters)
+    write_collisions(table, folder / CONTACTS)
+    files = [folder / name for name in (PAGE, RESULTS, CONTACTS)]
+    links = {}
+    if len(table) and write_folder_page(folder):
+        links[EXPLORE] = FOLDER_PAGE
+        files.append(folder / FOLDER_PAGE)
+    page = emulsion_page(design, run, study, trust, contacts, isolated, links)
+    if len(table) and not links:
+        page.paragraph(NO_PAGE)
+    page.write(folder / PAGE)
+    report = _report(study, run)
     report["trust"] = jsonable(vars(trust)) if trust else None
+    report["isolated"] = None if isolated is None else jsonable(isolated.to_dict("list"))
     write_json(folder / RESULTS, report)
-    if movie and run.outlines is not None:
-        from pinchoff.figures.movie import write_movie
-
-        write_movie(folder / MOVIE, run.outlines)
-    files = [folder / name for name in (PAGE, RESULTS, MOVIE)]
-    announce(report, lambda: _print(study), files, as_json=as_json)
+    return files, report
 
 
-def _report(study: SizeStudy) -> dict[str, Any]:
-    names = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity", "growth", "trend")
+def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: bool) -> None:
+    from pinchoff.figures.emulsion_film import write_emulsion_film
+
+    largest = float(run.sizes["diameter"].max())
+    with progress_bar(shown, "movie", run.time, unit="t0") as show:
+        write_emulsion_film(
+            folder / MOVIE,
+            run.outline_pieces(),
+            design.array,
+            largest,
+            design.settings["interval"],
+            design.periodic,
+            show,
+        )
+
+
+def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
+    names = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity")
+    names += ("growth", "exchange", "trend")
     numbers = {name: dict(getattr(study, name)._asdict()) for name in names}
     rates = {kind: rate._asdict() for kind, rate in study.rates.items()}
     report: dict[str, Any] = {
@@ -102,6 +212,7 @@ def _report(study: SizeStudy) -> dict[str, Any]:
     }
     report["correlation_time"] = study.correlation_time
     report["residence_time"] = study.residence_time
+    report |= {"time": run.time, "balance": run.balance}
     found: dict[str, Any] = jsonable(report)
     return found
 
@@ -109,7 +220,9 @@ def _report(study: SizeStudy) -> dict[str, Any]:
 def _print(study: SizeStudy) -> None:
     rows = [("mean diameter", str(study.mean_diameter), "D0")]
     rows.append(("weighted by area", str(study.weighted_diameter), "D0"))
-    rows += [(f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items()]
+    rows += [
+        (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
+    ]
     print_table(("result", "value", "unit"), rows, left=(0, 2))
     for remark in study.remarks:
         print(remark)

@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
+from pinchoff.cli.folders import results_folder, results_in
 from pinchoff.cli.options import AsJson, Overwrite
 from pinchoff.cli.output import announce
 from pinchoff.support.files import written_aside
@@ -38,8 +38,8 @@ def examples(
     - chamber.toml: for pinchoff chamber
     - emulsion.toml: for pinchoff emulsion
     - mine.csv: a synthetic table as a laboratory keeps it, for pinchoff fit
-    - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff video; left out where
-      the extra "video" is not installed
+    - clip.mp4, clip.truth.parquet: a drawn film and its truth, for pinchoff
+      video; left out where the extra "video" is not installed
 
     [bold]Examples[/bold]
 
@@ -54,14 +54,14 @@ def examples(
         if each.name.endswith(".toml")
     }
     names = [*sorted(texts), TABLE, CLIP, _TRUTH]
-    prepare_folder(folder, names, overwrite=overwrite)
-    for name, text in texts.items():
-        with written_aside(folder / name) as unfinished:
-            unfinished.write_text(text, encoding="utf-8")
-    _write_table(folder / TABLE)
-    filmed = find_spec("av") is not None and find_spec("cv2") is not None
-    if filmed:
-        _write_clip(folder / CLIP)
+    with results_in(folder, names, overwrite=overwrite):
+        for name, text in texts.items():
+            with written_aside(folder / name) as unfinished:
+                unfinished.write_text(text, encoding="utf-8")
+        _write_table(folder / TABLE)
+        filmed = find_spec("av") is not None and find_spec("cv2") is not None
+        if filmed:
+            _write_clip(folder / CLIP)
     files = [folder / name for name in names]
     report = {"files": [str(path) for path in files if path.exists()]}
     announce(report, lambda: None, files, as_json=as_json)

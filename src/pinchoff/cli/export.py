@@ -8,8 +8,10 @@ from typing import Annotated
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OutFolder, Overwrite
+from pinchoff.cli.folders import results_folder, results_in
+from pinchoff.cli.options import AsJson, OutFolder, Overwrite
+from pinchoff.cli.output import announce
+from pinchoff.support.numerals import counted
 
 
 def export(
@@ -18,14 +20,18 @@ def export(
         typer.Argument(metavar="DIR", help="What pinchoff video wrote, or one clip in it."),
     ],
     out: OutFolder = "export",
+    as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Write outlines and tracks of measured clips for ImageJ, TrackMate and trackpy.
+    """Write outlines and tracks of measured clips for ImageJ, TrackMate and
+    trackpy.
 
     For every clip the folder gets
 
-    - NAME.rois.zip: the outlines for ImageJ's ROI manager, frame and track in their names
-    - NAME.tracks.csv: tracks as trackpy has them: frame, particle, x, y, area in pixels
+    - NAME.rois.zip: the outlines for ImageJ's ROI manager, frame and track in
+      their names
+    - NAME.tracks.csv: tracks as trackpy has them: frame, particle, x, y, area
+      in pixels
     - NAME.trackmate.csv: the same as TrackMate's spots, in µm and s
 
     [bold]Example[/bold]
@@ -37,12 +43,14 @@ def export(
 
     folder = results_folder(out)
     clips = measured_clips(measured)
-    prepare_folder(folder, exported_names(clips), overwrite=overwrite)
-    with progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show:
+    with (
+        results_in(folder, exported_names(clips), overwrite=overwrite),
+        progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show,
+    ):
         written = []
         for done, clip in enumerate(clips, start=1):
             written += export_clip(clip, folder)
             if show is not None:
                 show(done)
-    for path in written:
-        print(f"wrote {path}")
+    report = {"clips": [clip.name for clip in clips]}
+    announce(report, lambda: print(counted(len(clips), "clip")), written, as_json=as_json)

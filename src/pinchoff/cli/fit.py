@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -96,8 +96,8 @@ def fit(
     r"""Fit the break-up law to a table of collisions.
 
     The columns symmetry and broke must be there. Ca, Ã and z̃ are
-    capillary_number, normalized_area and normalized_thickness, or follow
-    from area or diameter, obstacle_radius, thickness, viscosity, speed and
+    capillary_number, normalized_area and normalized_thickness, or follow from
+    area or diameter, obstacle_radius, thickness, viscosity, speed and
     surface_tension, with units in their names (area_mm2) or behind --unit.
     Impossible rows are set aside and listed. DIR gets
 
@@ -129,20 +129,20 @@ def fit(
     )
     for message in collisions.messages():
         print(f"warning: {message}", file=sys.stderr)
-    prepare_folder(folder, _FILES, overwrite=overwrite)
-    study = _studied(
-        collisions,
-        free=tuple(free or ()),
-        symmetry_noise=symmetry_noise,
-        confidence=confidence,
-        samples=samples,
-        fraction=fraction,
-        seed=seed,
-    )
-    remove_results(folder, _FILES)
-    _write(study, table.name, folder)
-    files = (folder / name for name in _FILES)
-    announce(_report(study), lambda: _print(study), files, as_json=as_json)
+    with results_in(folder, _FILES, overwrite=overwrite):
+        study = _studied(
+            collisions,
+            free=tuple(free or ()),
+            symmetry_noise=symmetry_noise,
+            confidence=confidence,
+            samples=samples,
+            fraction=fraction,
+            seed=seed,
+        )
+        remove_results(folder, _FILES)
+        _write(study, table.name, folder)
+        files = (folder / name for name in _FILES)
+        announce(_report(study), lambda: _print(study), files, as_json=as_json)
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:

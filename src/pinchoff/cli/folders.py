@@ -9,9 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
-
-_PROBE = ".writable"
+from pinchoff.support.locks import held_folder
 
 
 def results_folder(text: str) -> Path:
@@ -27,16 +25,18 @@ def results_folder(text: str) -> Path:
     return Path(text)
 
 
-def prepare_folder(
+@contextmanager
+def results_in(
     out: Path,
     results: Sequence[str] = (),
     *,
     overwrite: bool = False,
     held: Callable[[Path], str] | None = None,
-) -> None:
-    """Make the folder, and make sure that it can be written to and may be.
+) -> Iterator[None]:
+    """Hold the folder of --out for one command: made, writable, and closed to other runs.
 
     Earlier results stay: `remove_results` removes them once the new ones are there to be written.
+    A folder that was made for this and gets no file is removed again.
 
     Parameters
     ----------
@@ -51,34 +51,21 @@ def prepare_folder(
     Raises
     ------
     InputError
-        It cannot be made or written to, or holds results that may not be replaced.
+        It cannot be made or written to, another run writes to it, or it holds results that may
+        not be replaced.
     """
-    refuse_results(out, results, overwrite=overwrite, held=held)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with written_aside(out / _PROBE) as unfinished:
-            unfinished.touch()
-        (out / _PROBE).unlink()
-    except OSError as error:
-        got = f"{out} ({error.strerror})"
-        rule = "a folder that can be written to"
-        raise InputError.of("--out", rule, got, "choose another") from None
+    with held_folder(out, "--out"):
+        _refuse_results(out, results, overwrite=overwrite, held=held)
+        yield
 
 
-def refuse_results(
+def _refuse_results(
     out: Path,
     results: Sequence[str],
     *,
     overwrite: bool,
     held: Callable[[Path], str] | None = None,
 ) -> None:
-    """Refuse a folder that holds results which may not be replaced; the first part of the above.
-
-    Raises
-    ------
-    InputError
-        It does.
-    """
     present = next((name for name in results if os.path.lexists(out / name)), None)
     if present is not None and not overwrite:
         found = held(out) if held else f"it holds {present}"

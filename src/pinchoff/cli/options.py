@@ -35,7 +35,7 @@ RENAMED = {
 def option(
     takes: str, meaning: str, *flags: str, default: str | None = None, panel: str | None = None
 ) -> Any:
-    """Return an option whose help has the one form.
+    """Return an option with its help in our form.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def option(
 
 
 def switch(flag: str, meaning: str, *, panel: str | None = None) -> Any:
-    """Return an option that takes nothing: it is given or not."""
+    """Return an option without a value."""
     return typer.Option(flag, metavar="", help=f"{meaning}.", rich_help_panel=panel)
 
 
@@ -122,6 +122,7 @@ CONSTANTS = (
     "edge_stiffness",
     "area_stiffness",
     "wall_stiffness",
+    "contact_angle",
     "start_distance",
     "time_step",
     "time_limit",
@@ -173,7 +174,7 @@ OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)
 Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
 StartAnew = Annotated[
     bool,
-    switch("--overwrite", "Replace earlier results, in place of going on with them", panel=OUTPUT),
+    switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT),
 ]
 AsJson = Annotated[
     bool,
@@ -224,7 +225,7 @@ def changed(
     assignments: Sequence[str],
     physical: Mapping[str, str],
 ) -> Parameters:
-    """Return parameters with what the command line says in place of a configuration's.
+    """Return parameters in which the command line overrides the configuration.
 
     Parameters
     ----------

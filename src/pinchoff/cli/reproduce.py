@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pinchoff.cli.folders import going_on_with, prepare_folder, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -66,8 +66,8 @@ def reproduce(
 ) -> None:
     r"""Remake the figures and numbers of the paper, ours beside its own.
 
-    What is in DIR already is not made again: the same command goes on
-    where an earlier one was stopped. DIR gets
+    What is in DIR already is not made again: the same command goes on where
+    an earlier one was stopped. DIR gets
 
     - report.html: everything on one page, with verdicts
     - figure_1.png, figure_1.pdf, …: the figures
@@ -98,12 +98,14 @@ def reproduce(
             header_row=header_row,
             encoding=encoding,
         )
-    prepare_folder(folder)
-    if overwrite:
-        remove_reproduction(folder)
-    with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
-        made = remake(folder, only=names, quick=quick, seed=seed, experiment=table, progress=show)
-    reproduction_page(made).write(folder / PAGE)
+    with results_in(folder):
+        if overwrite:
+            remove_reproduction(folder)
+        with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
+            made = remake(
+                folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
+            )
+        reproduction_page(made).write(folder / PAGE)
     announce(made.to_dict(), lambda: _print(made), [folder / PAGE], as_json=as_json)
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pinchoff.cli.folders import prepare_folder, remove_results, results_folder
+from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     CONSTANTS,
     MODEL,
@@ -36,9 +37,10 @@ if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
     from pinchoff.model.results import Collision
 
-SNAPSHOTS = "snapshots.png"
-MOVIE = "movie.mp4"
-_FILES = (RESULTS, OUTLINES, SNAPSHOTS, MOVIE)
+FORMATS = ("png", "pdf", "svg")
+SNAPSHOTS = tuple(f"snapshots.{name}" for name in FORMATS)
+MOVIE, GIF = "movie.mp4", "movie.gif"
+_FILES = (RESULTS, OUTLINES, *SNAPSHOTS, MOVIE, GIF)
 
 _PHYSICAL = "Physical quantities, with their units"
 
@@ -66,7 +68,7 @@ def run(
     offset: Annotated[
         str | None,
         _number(
-            meaning="Start y of the droplet: a number of D0, or a length as '20 um'",
+            meaning="Start off the axis: a number of D0, or a length as '20 um'",
             takes="NUMBER|QUANTITY",
             default="0.05",
         ),
@@ -91,7 +93,15 @@ def run(
     frames_every: Annotated[
         str, option("NUMBER", "Time between stored outlines, in t0", panel=OUTPUT)
     ] = "0.02",
+    formats: Annotated[
+        str,
+        option("LIST", f"Formats of the snapshots: {', '.join(FORMATS)}", "--format", panel=OUTPUT),
+    ] = "png",
+    streamlines: Annotated[
+        bool, switch("--streamlines", "Draw the flow into the snapshots", panel=OUTPUT)
+    ] = False,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
+    gif: Annotated[bool, switch("--gif", "Make movie.gif too", panel=OUTPUT)] = False,
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -101,15 +111,16 @@ def run(
 
     - collision.json: parameters and results
     - outlines.gsd: every outline, written as the run goes on; OVITO opens it
-    - snapshots.png: six moments of the collision
-    - movie.mp4: the film, with --movie
+    - snapshots.png: six moments of the collision (.pdf, .svg: see --format)
+    - movie.mp4, movie.gif: the film, with --movie and --gif
 
     [bold]Examples[/bold]
 
-    pinchoff run --capillary 30 --offset 0.1 --out off-centre --movie
+    pinchoff run --capillary 30 --offset 0.1 --out off-centre --format pdf --gif
 
-    pinchoff run --diameter '481 um' --obstacle-radius '85 um' --speed '1 mm/s' \
-    --viscosity '48 mPa s' --surface-tension '20 mN/m' --thickness '85 um'
+    pinchoff run --diameter '481 um' --obstacle-radius '85 um' \
+    --speed '1 mm/s' --viscosity '48 mPa s' --surface-tension '20 mN/m' \
+    --thickness '85 um'
     """
     numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
     quantities = {
@@ -122,6 +133,7 @@ def run(
     }
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
     interval = _interval(frames_every)
+    pictures = _pictures(formats)
     folder = results_folder(out)
     base, preset_name = configuration(config, preset, model)
     parameters = changed(base, _given(numbers), constants or [], _given(quantities))
@@ -129,23 +141,28 @@ def run(
         from pinchoff.video.writing import require_video_extra
 
         require_video_extra("--movie")
-    prepare_folder(
-        folder, _FILES, overwrite=overwrite, held=lambda out: _description(out, parameters)
-    )
-    remove_results(folder, _FILES)  # before: the outlines are written while it runs
-    collision = _simulated(parameters, folder / OUTLINES, interval)
-    assert collision.outlines is not None
-    _draw(collision.outlines, folder, movie)
-    from pinchoff.model.collision_report import collision_report
+    about = partial(_description, parameters=parameters)
+    with results_in(folder, _FILES, overwrite=overwrite, held=about):
+        remove_results(folder, _FILES)  # first, because the outlines are written during the run
+        from pinchoff.figures.snapshots import write_snapshots
+        from pinchoff.model.collision_report import collision_report
+        from pinchoff.model.flow import stokes
 
-    report = collision_report(collision, preset_name)
-    write_json(folder / RESULTS, report)
-    announce(
-        report,
-        lambda: print_collision(collision.to_row()),
-        (folder / name for name in _FILES),
-        as_json=as_json,
-    )
+        collision = _simulated(parameters, folder / OUTLINES, interval)
+        assert collision.outlines is not None
+        flow = stokes(parameters.obstacle_radius) if streamlines else None
+        for name in pictures:
+            write_snapshots(folder / name, collision.outlines, flow)
+        films = [name for name, wanted in ((MOVIE, movie), (GIF, gif)) if wanted]
+        _film(collision.outlines, folder, films)
+        report = collision_report(collision, preset_name)
+        write_json(folder / RESULTS, report)
+        announce(
+            report,
+            lambda: print_collision(collision.to_row()),
+            (folder / name for name in _FILES),
+            as_json=as_json,
+        )
 
 
 def _given(options: Mapping[str, str | None]) -> dict[str, str]:
@@ -180,7 +197,7 @@ def _description(out: Path, parameters: Parameters) -> str:
         report = json.loads((out / RESULTS).read_text(encoding="utf-8"))
         same = report["parameters"] == parameters.model_dump(mode="json")
         version = report["pinchoff_version"]
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return "it holds an unfinished run"
     if not same:
         return "it holds a run with other parameters"
@@ -202,12 +219,19 @@ def _simulated(parameters: Parameters, path: Path, interval: float) -> Collision
         raise
 
 
-def _draw(outlines: Outlines, out: Path, movie: bool) -> None:
-    from pinchoff.figures.snapshots import write_snapshots
+def _pictures(text: str) -> list[str]:
+    """Return the names of the snapshots in the formats of a list."""
+    wanted = [name.strip().lower().removeprefix(".") for name in text.split(",")]
+    for name in wanted:
+        if name not in FORMATS:
+            rule = f"of {', '.join(FORMATS)}, separated by commas"
+            raise InputError.of("--format", rule, f"'{text}'", "write --format png,pdf")
+    return [f"snapshots.{name}" for name in dict.fromkeys(wanted)]
 
-    write_snapshots(out / SNAPSHOTS, outlines)
-    if movie:
-        from pinchoff.figures.movie import write_movie
 
-        with progress_bar(sys.stderr.isatty(), "movie", None, unit="frames") as show:
-            write_movie(out / MOVIE, outlines, progress=show)
+def _film(outlines: Outlines, out: Path, names: Iterable[str]) -> None:
+    from pinchoff.figures.movie import animate
+
+    for name in names:
+        with progress_bar(sys.stderr.isatty(), name, None, unit="frames") as show:
+            animate(outlines, out / name, progress=show)

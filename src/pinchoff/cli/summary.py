@@ -35,8 +35,9 @@ def summary(
 ) -> None:
     """Show counts and ranges of a collisions table, and draw it.
 
-    The picture shows S against Ca Ã z̃, with the paper's separating lines. Its name in DIR begins
-    with _ so that what opens DIR as a table passes over it.
+    The picture shows S against Ca Ã z̃, with the paper's separating lines.
+    Its name in DIR begins with _ so that programs that open DIR as a table
+    skip it.
 
     [bold]Example[/bold]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pinchoff.cli.folders import going_on_with, results_folder
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
@@ -54,19 +54,19 @@ def sweep(
 ) -> None:
     r"""Simulate every point of a design, into a table.
 
-    CONFIG.toml holds fixed parameters as for [bold]pinchoff run[/bold],
-    and under \[vary] a list or a range for every varied one:
+    CONFIG.toml holds fixed parameters as for [bold]pinchoff run[/bold], and
+    under \[vary] a list or a range for every varied one:
 
     - offset = \[0.0, 0.1, 0.2]
     - offset = { min = 0.0, max = 0.4, count = 9 }
     - line_tension = { min = 5, max = 80, count = 9, scale = "log" }
 
-    All combinations are run. With design = "sobol", "latin-hypercube"
-    or "random", samples points are drawn instead, the same ones for
-    the same seed; ranges then have no count.
+    All combinations are run. With design = "sobol", "latin-hypercube" or
+    "random", samples points are drawn instead, the same ones for the same
+    seed; ranges then have no count.
 
-    DIR gets the collisions table as Parquet parts and _sweep.json.
-    A sweep that was stopped, in any way, goes on with the same command.
+    DIR gets the collisions table as Parquet parts and _sweep.json. If a
+    sweep is stopped, the same command goes on with it.
 
     [bold]Examples[/bold]
 
@@ -84,10 +84,11 @@ def sweep(
         if workers is not None and scheduler is not None:
             advice = "a cluster's workers have their own"
             raise InputError.of("threads", "left out beside --scheduler", workers, advice)
-        if overwrite:
-            remove_sweep(folder)
-        with going_on_with(out), _client(scheduler) as client:
-            result = run_sweep(design, folder, threads=workers, client=client)
+        with results_in(folder), going_on_with(out):
+            if overwrite:
+                remove_sweep(folder)
+            with _client(scheduler) as client:
+                result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
     announce(report, lambda: _print(result), (), as_json=as_json)
 

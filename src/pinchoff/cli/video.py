@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
 from pinchoff.cli.assignments import read_value, read_values
-from pinchoff.cli.folders import prepare_folder, results_folder
-from pinchoff.cli.options import OutFolder, flag_of
+from pinchoff.cli.folders import going_on_with, results_folder, results_in
+from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, flag_of, option, switch
+from pinchoff.cli.output import announce, jsonable
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 
@@ -34,9 +35,8 @@ LABORATORY = {
 _LENGTHS = ("pixel_size", "minimum_diameter", "contact_distance")
 
 
-def _quantity(flag: str, meaning: str, example: str, panel: str = _EXPERIMENT) -> Any:
-    shown = f"{meaning}, as '{example}'."
-    return typer.Option(flag, metavar="QUANTITY", help=shown, rich_help_panel=panel)
+def _quantity(meaning: str, example: str, panel: str = _EXPERIMENT, **more: str) -> Any:
+    return option("QUANTITY", f"{meaning}, as '{example}'", panel=panel, **more)
 
 
 def video(
@@ -44,128 +44,117 @@ def video(
         list[Path],
         typer.Argument(metavar="FILES…", help="Videos, TIFF stacks, folders of either or images."),
     ],
-    config: Annotated[
-        Path | None, typer.Option(metavar="FILE.toml", help="Settings from a TOML file.")
-    ] = None,
+    config: Annotated[Path | None, option("FILE.toml", "Settings from a TOML file")] = None,
     pixel_size: Annotated[
-        str | None,
-        _quantity("--pixel-size", "Side of a pixel, if the file does not say it", "5.28 um"),
+        str | None, _quantity("Side of a pixel", "5.28 um", default="what the file says")
     ] = None,
     fps: Annotated[
         str | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Frames a second, in place of the times in the file.",
-            rich_help_panel=_EXPERIMENT,
-        ),
+        option("NUMBER", "Frames a second", default="the times in the file", panel=_EXPERIMENT),
     ] = None,
     frames: Annotated[
         str | None,
-        typer.Option(
-            metavar="RANGE", help="Frames that are measured, as 0:200:2.", rich_help_panel=_CLIP
-        ),
+        option("RANGE", "Frames that are measured, as 0:200:2", default="all", panel=_CLIP),
     ] = None,
     crop: Annotated[
         str | None,
-        typer.Option(
-            metavar="PIXELS",
-            help="Part of the picture: left,top,width,height.",
-            rich_help_panel=_CLIP,
+        option(
+            "LIST",
+            "Part of the picture: left,top,width,height in pixels",
+            default="all of it",
+            panel=_CLIP,
         ),
     ] = None,
     channel: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help="One of several channels, by name or number; or red, green or blue.",
-            rich_help_panel=_CLIP,
+        option(
+            "NAME", "One of several channels, by name or number; or red, green or blue", panel=_CLIP
         ),
     ] = None,
-    obstacle_radius: Annotated[
-        str | None, _quantity("--obstacle-radius", "Obstacles, R", "85 um")
-    ] = None,
-    thickness: Annotated[str | None, _quantity("--thickness", "Chamber, z", "85 um")] = None,
-    viscosity: Annotated[str | None, _quantity("--viscosity", "Fluid, μ", "48 mPa s")] = None,
-    surface_tension: Annotated[
-        str | None, _quantity("--surface-tension", "Interface, γ", "20 mN/m")
-    ] = None,
+    obstacle_radius: Annotated[str | None, _quantity("Obstacles, R", "85 um")] = None,
+    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None,
+    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None,
+    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None,
     minimum_diameter: Annotated[
-        str | None, _quantity("--minimum-diameter", "Smallest droplet", "60 um", _IMAGE)
+        str | None, _quantity("Smallest droplet", "60 um", _IMAGE, default="by the method")
     ] = None,
     contact_distance: Annotated[
         str | None,
-        _quantity("--contact-distance", "Distance that counts as contact", "16 um", _IMAGE),
+        _quantity(
+            "Distance that counts as contact",
+            "16 um",
+            _IMAGE,
+            default="where the gap stops closing",
+        ),
     ] = None,
     method: Annotated[
         str | None,
-        typer.Option(
-            metavar="NAME",
-            help="How droplets are told: rings, enclosed, spots or packed. The clip decides.",
-            rich_help_panel=_IMAGE,
+        option(
+            "NAME",
+            "How droplets are told: rings, enclosed, spots or packed",
+            default="what suits the clip",
+            panel=_IMAGE,
         ),
     ] = None,
     find_obstacles: Annotated[
         bool,
-        typer.Option(
+        switch(
             "--find-obstacles",
-            help="Look for pillars of any radius; with --obstacle-radius they are looked for.",
-            rich_help_panel=_IMAGE,
+            "Look for pillars of any radius; with --obstacle-radius they are looked for",
+            panel=_IMAGE,
         ),
     ] = False,
     preview: Annotated[
         bool,
-        typer.Option(
-            "--preview",
-            help="Only draw what each method finds in a few frames, and measure nothing.",
-        ),
+        switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
     ] = False,
     packed: Annotated[
         bool,
-        typer.Option(
-            "--packed",
-            help="The same as --method packed: droplets fill the view.",
-            rich_help_panel=_IMAGE,
-        ),
+        switch("--packed", "The same as --method packed: droplets fill the view", panel=_IMAGE),
     ] = False,
     assignments: Annotated[
         list[str] | None,
-        typer.Option(
+        option(
+            "NAME=VALUE",
+            "Any other setting, as edge_level=0.5; may be repeated",
             "--set",
-            metavar="NAME=VALUE",
-            help="Any other setting, as edge_level=0.5; may be repeated.",
-            rich_help_panel=_IMAGE,
+            panel=_IMAGE,
         ),
     ] = None,
     out: OutFolder = "video",
     overlay: Annotated[
-        bool, typer.Option("--overlay/--no-overlay", help="Write annotated clips.")
+        bool, switch("--overlay/--no-overlay", "Write annotated clips", panel=OUTPUT)
     ] = True,
     workers: Annotated[
-        int | None,
-        typer.Option(
-            "--workers", metavar="INTEGER", help="How many work at the same time; one a core."
-        ),
+        int | None, option("INTEGER", "How many work at the same time", default="one a core")
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Measure droplets that meet obstacles in microscope videos.
+    r"""Measure droplets that meet obstacles in microscope videos.
 
     DIR gets
 
-    - collisions.parquet: the collisions of all clips, the rejected ones with their reasons
-    - tracks.parquet, events.parquet: every droplet in every frame, break-ups, coalescences
-    - index.html, contact_sheet.png: counts, histograms, every collision before and after
-    - clips/NAME/: outlines.gsd, overlay.mp4, obstacles.toml and the tables of each clip
+    - collisions.parquet: the collisions of all clips, the rejected ones with
+      their reasons
+    - tracks.parquet, events.parquet: every droplet in every frame, break-ups,
+      coalescences
+    - index.html, contact_sheet.png: counts, histograms, every collision
+      before and after
+    - clips/NAME/: outlines.gsd, overlay.mp4, obstacles.toml and the tables of
+      each clip
 
-    Look first: with --preview only preview-NAME.png is written, what each method finds. Pillars
-    are looked for with --obstacle-radius or --find-obstacles.
+    Look first: --preview measures nothing and draws into preview-NAME.png what
+    each method finds. Pillars are looked for if --obstacle-radius or
+    --find-obstacles is given.
 
-    A second run measures only what is new or set otherwise. Correct the circles in a clip's
-    obstacles.toml and give the same command again.
+    A second run measures only new clips, and those with other settings. To
+    correct a circle, edit the clip's obstacles.toml and give the command again.
 
     [bold]Example[/bold]
 
-    pinchoff video clips/*.mp4 --pixel-size 5.28um --fps 60 --obstacle-radius 85um
-    --thickness 85um --viscosity 48mPa.s --surface-tension 20mN/m --out measured
+    pinchoff video clips/*.mp4 --pixel-size 5.28um --fps 60 \
+    --obstacle-radius 85um --thickness 85um --viscosity 48mPa.s \
+    --surface-tension 20mN/m --out measured
     """
     laboratory = {
         "obstacle_radius": obstacle_radius,
@@ -187,15 +176,14 @@ def video(
     settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
     folder = results_folder(out)
     if preview:
-        prepare_folder(folder)
-        _preview(clips, folder, settings)
+        with results_in(folder):
+            _preview(clips, folder, settings)
         return
     from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import clip_sources, measure_videos
 
-    _describe(clip_sources(clips), settings)
-    prepare_folder(folder)
-    try:
+    _describe(clip_sources(clips), settings, sys.stderr if as_json else sys.stdout)
+    with results_in(folder), going_on_with(out):
         result = measure_videos(
             clips,
             folder,
@@ -204,11 +192,9 @@ def video(
             processes=workers,
             progress=sys.stderr.isatty(),
         )
-    except KeyboardInterrupt:
-        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-        raise
-    _tell_problems(result)
-    _announce(result, write_report(result))
+        _tell_problems(result)
+        written = [result.path / "collisions.parquet", *write_report(result)]
+        announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
 
 
 def video_settings(
@@ -233,7 +219,9 @@ def video_settings(
     from pinchoff.video.settings import VideoSettings
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
-    given = dict(table.pop("laboratory", {}))
+    given = table.pop("laboratory", {})
+    if not isinstance(given, dict):
+        raise InputError.of(f"{config}: laboratory", "a table", given, "write it as [laboratory]")
     for name in _LENGTHS:
         text = lengths.get(name)
         if text is not None:
@@ -265,7 +253,7 @@ def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
         print(f"wrote {path}")
 
 
-def _describe(sources: Mapping[str, Path], settings: VideoSettings) -> None:
+def _describe(sources: Mapping[str, Path], settings: VideoSettings, stream: TextIO) -> None:
     """Print scale and rate of every clip before the work starts.
 
     Raises
@@ -280,7 +268,7 @@ def _describe(sources: Mapping[str, Path], settings: VideoSettings) -> None:
         rule, advice = "given where the files do not say it", "write it like '5.28 um'"
         raise InputError.of("--pixel-size", rule, "nothing", advice)
     for line in lines:
-        print(line)
+        print(line, file=stream)
 
 
 def _tell_problems(result: VideoResult) -> None:
@@ -297,11 +285,26 @@ def _tell_problems(result: VideoResult) -> None:
         elif clip.result.get("warning"):
             print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
     if all(clip.error for clip in result.clips):
-        got = f"{len(result.clips)} with errors"
-        raise InputError.of("CLIPS", "measurable", got, "see the errors above")
+        got = f"{counted(len(result.clips), 'clip')} with errors"
+        raise InputError.of("FILES", "measurable", got, "see the errors above")
 
 
-def _announce(result: VideoResult, written: list[Path]) -> None:
+def _report(result: VideoResult) -> dict[str, Any]:
+    """Return what --json prints: counts, and what came of each clip."""
+    accepted = result.collisions["accepted"].to_numpy(bool)
+    reasons = result.collisions.loc[~accepted, "reject_reason"].value_counts()
+    return {
+        "collisions": len(accepted),
+        "accepted": int(accepted.sum()),
+        "rejected": {str(reason): int(count) for reason, count in reasons.items()},
+        "clips": {
+            clip.name: {"error": clip.error or None, **jsonable(clip.result)}
+            for clip in result.clips
+        },
+    }
+
+
+def _tell_counts(result: VideoResult) -> None:
     measured = [clip for clip in result.clips if not clip.error]
     reused = sum(clip.reused for clip in measured)
     before = f", {reused} of them measured before" if reused else ""
@@ -311,5 +314,3 @@ def _announce(result: VideoResult, written: list[Path]) -> None:
         f"{counted(count, 'collision')}, {accepted} accepted, "
         f"in {counted(len(measured), 'clip')}{before}"
     )
-    for path in (result.path / "collisions.parquet", *written):
-        print(f"wrote {path}")

@@ -6,10 +6,16 @@ from pathlib import Path
 from typing import Annotated
 
 from pinchoff.cli.options import (
+    CONSTANTS,
+    MODEL,
     OUTPUT,
     AsJson,
+    Model,
     Overwrite,
+    Preset,
     Seed,
+    changed,
+    configuration,
     named_as_options,
     option,
     switch,
@@ -29,20 +35,37 @@ def virtual(
         switch("--engine", "Simulate every collision instead of drawing from the law"),
     ] = False,
     symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
+    preset: Preset = None,
+    model: Model = None,
+    constants: Annotated[
+        list[str] | None,
+        option(
+            "NAME=VALUE",
+            "Any other parameter of the engine, as ca_speed=contact; may be repeated. "
+            f"NAME is {', '.join(CONSTANTS)}",
+            "--set",
+            panel=MODEL,
+        ),
+    ] = None,
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a synthetic table of collisions under the paper's five conditions.
+    r"""Make a synthetic table of collisions under the paper's five conditions.
 
-    Speeds, diameters and impact parameters are drawn; whether a droplet
-    breaks is drawn from the paper's law, or with --engine simulated, which
-    gives daughters and necks too. The source of every row says "synthetic".
+    Speeds, diameters and impact parameters are drawn at random. Whether a
+    droplet breaks is drawn from the paper's law. With --engine it is
+    simulated, which gives daughters and necks too. What Ca stands for there
+    is an assumption: ca_conversion, conversion_constant and ca_speed. The
+    source of every row says "synthetic".
 
     [bold]Examples[/bold]
 
     pinchoff virtual --out virtual.parquet
 
     pinchoff fit virtual.parquet --free area --free thickness --out law
+
+    pinchoff virtual --engine --set ca_conversion=fixed-film \
+    --set ca_speed=contact
     """
     from pinchoff.collisions.parquet import require_table_name, write_collisions
     from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment
@@ -54,9 +77,20 @@ def virtual(
     if not out.parent.is_dir():
         advice = "make it, or choose another"
         raise InputError.of("--out", "in an existing folder", str(out), advice)
+    given = {"--preset": preset, "--model": model, "--set": constants}
+    for flag, value in given.items():
+        if value and not engine:
+            shown = value if isinstance(value, str) else value[0]
+            advice = "add --engine: without it nothing is simulated"
+            raise InputError.of(flag, "left out without --engine", shown, advice)
+    base = changed(configuration(None, preset, model)[0], {}, constants or [], {})
     with named_as_options("seed", "symmetry_noise", n="--rows"):
         table = virtual_experiment(
-            seed, rows, outcomes="engine" if engine else "law", symmetry_noise=symmetry_noise
+            seed,
+            rows,
+            outcomes="engine" if engine else "law",
+            symmetry_noise=symmetry_noise,
+            base=base,
         )
     write_collisions(table, out, [TRUE_SYMMETRY])
     broke = int(table["broke"].sum())

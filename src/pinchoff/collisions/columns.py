@@ -143,8 +143,8 @@ def find_columns(
         if column is not None:
             column = _named(frame, column)
             if column is None:
-                shown = map(str, frame.columns)
-                raise unknown_name(name, "a column of the table", columns[name], shown)
+                names = map(str, frame.columns)
+                raise unknown_name(name, "a column of the table", columns[name], names)
         place = _place(frame, name, column, units.get(name))
         if place is not None:
             places[name] = place
@@ -220,15 +220,15 @@ def _with_unit(frame: pd.DataFrame, name: str) -> str | None:
 
 
 def _bare(column: object) -> str | None:
-    """Return what stands before a unit in brackets: ``area (µm²)``."""
+    """Return a name without its unit in brackets, as in ``area (µm²)``."""
     found = _IN_BRACKETS.fullmatch(str(column).strip())
     return _key(found[1]) if found else None
 
 
 def _told_unit(column: str) -> str | None:
-    """Return the unit with which a column's name ends, the longest that fits."""
+    """Return the unit at the end of a column's name; the longest that fits."""
     found = _IN_BRACKETS.fullmatch(column.strip())
     if found and is_unit(found[2]):
         return found[2]
-    endings = [each for each in _SUFFIXES if _key(column).endswith(f"_{each}".lower())]
+    endings = [suffix for suffix in _SUFFIXES if _key(column).endswith(f"_{suffix}".lower())]
     return _SUFFIXES[max(endings, key=len)] if endings else None

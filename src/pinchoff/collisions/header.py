@@ -16,7 +16,7 @@ Row = Sequence[object]
 
 
 def find_header(rows: Sequence[Row]) -> int:
-    """Return which row names the columns, from 0: without numbers, about as full as most are.
+    """Return the row that names the columns, from 0: no numbers, about as full as the others.
 
     Titles and merged cells above it fill fewer cells; one name may be missing, as that of an index.
     """
@@ -30,7 +30,7 @@ def find_header(rows: Sequence[Row]) -> int:
 
 
 def column_names(header: Row) -> list[str]:
-    """Return a name for each column; one that has none or that of another gets its number."""
+    """Return a name for each column; a missing or repeated name gets the column's number."""
     names: list[str] = []
     for number, cell in enumerate(header, 1):
         name = "" if is_empty(cell) else str(cell).strip()

@@ -251,14 +251,14 @@ def _numbers(frame: pd.DataFrame, name: str, place: Place) -> Floats:
 
 
 def _strange_cells(column: pd.Series, numbers: pd.Series) -> dict[int, str]:
-    """Return by row, from 1, what is neither a number nor a sign that there is none."""
+    """Return, by row from 1, cells that are neither a number nor a sign for "no value"."""
     rows = np.flatnonzero(numbers.isna().to_numpy() & column.notna().to_numpy()).tolist()
     texts = {row + 1: str(column.iloc[row]).strip() for row in rows}
     return {row: text for row, text in texts.items() if text.lower() not in _NO_NUMBER}
 
 
 def _refuse_written_otherwise(name: str, column: str, cells: Mapping[int, str]) -> None:
-    """Refuse numbers that are written for people: to drop them would lose what was measured."""
+    """Refuse numbers written for people, as 1,000 or 5 ± 1; dropping them would lose data."""
     for row, text in cells.items():
         for pattern, how in _WRITTEN_OTHERWISE:
             if pattern.fullmatch(text):
@@ -293,12 +293,12 @@ class _Checks:
         """Return 1 where a droplet broke, 0 where it did not."""
         column = self._places["broke"].column
         broke, strange = _outcomes(self._frame[column], broke_is)
-        shown = self._entries(column)
-        _require_both_understood(shown, broke, strange)
-        for value in dict.fromkeys(map(str, shown[strange])):
+        entries = self._entries(column)
+        _require_both_understood(entries, broke, strange)
+        for value in dict.fromkeys(map(str, entries[strange])):
             words = f"broke is {value!r}, neither true or false, yes or no, nor 1 or 0"
-            self._set_aside(strange & (shown.astype(str) == value), column, shown, words)
-        self._set_aside(np.isnan(broke), column, shown, OUTCOME_UNKNOWN)
+            self._set_aside(strange & (entries.astype(str) == value), column, entries, words)
+        self._set_aside(np.isnan(broke), column, entries, OUTCOME_UNKNOWN)
         return broke
 
     def accepted(self) -> None:
@@ -376,7 +376,7 @@ def _outcomes(column: pd.Series, broke_is: Sequence[str]) -> tuple[Floats, NDArr
 def _require_both_understood(
     shown: NDArray[Any], broke: Floats, strange: NDArray[np.bool_]
 ) -> None:
-    """Refuse outcomes of which one kind at most is understood while others are not.
+    """Refuse outcomes if some are not understood and the others are all of one kind.
 
     Of 1 and 2, for instance, 1 may mean either.
     """

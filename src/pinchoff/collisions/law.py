@@ -46,7 +46,7 @@ class Line(NamedTuple):
 
 
 def as_given(values: NDArray[np.float64]) -> Any:
-    """Return numbers in the form in which they were asked for: of a scalar a float."""
+    """Return a float where a scalar was given, else an array."""
     return values.item() if values.ndim == 0 else values
 
 
@@ -182,9 +182,7 @@ def as_line(line: LineLike) -> Line:
         return LINES[line]
     found = line if isinstance(line, Line) else getattr(line, "line", None)
     if not isinstance(found, Line):
-        raise InputError.of(
-            "line", "a separating line", line, "use pinchoff.collisions.law.Line(0.083, -0.74)"
-        )
+        raise InputError.of("line", "a separating line", line, "use pinchoff.Line(0.083, -0.74)")
     return found
 
 
@@ -209,7 +207,7 @@ def breakup_probability(breakup_number: ArrayLike, width: float) -> NDArray[np.f
 
 
 def transition_factor(width: float, low: float = 0.05, high: float = 0.95) -> float:
-    """Return the factor in Bk over which the probability of break-up grows from low to high.
+    """Return by what factor Bk must grow for the probability of break-up to grow from low to high.
 
     It is (high/(1 - high) (1 - low)/low)^w; 1.78 for the paper's w = 0.098, from 5 % to 95 %.
 

@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from pinchoff.collisions.checksums import require_whole
 from pinchoff.collisions.schema import COLUMNS, SHARED_COLUMNS, Column, pandas_type
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, refused_by_system
 from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
@@ -98,8 +98,7 @@ def write_table(
                 arrays = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
                 unfinished.write_bytes(parquet_bytes(arrays, schema))
     except OSError as error:
-        rule, advice = "a file that can be written", "choose an existing folder"
-        raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
+        raise refused_by_system(error) from None
 
 
 def write_collisions(

@@ -111,8 +111,8 @@ def read_table(
 
 
 def _damage(suffix: str) -> tuple[type[Exception], ...]:
-    """Return what reading raises where a file is damaged."""
-    # Readers of spreadsheets trip over damage in any way: a part or an attribute is not there.
+    """Return the errors that reading a damaged file raises."""
+    # Readers of spreadsheets raise any error over damage: a part or an attribute is missing.
     if suffix in SPREADSHEETS:
         return (Exception,)
     # The errors of pandas and pyarrow derive from the first two.
@@ -243,7 +243,7 @@ def _separated(lines: Sequence[str], header: int | None) -> tuple[str, list[list
 
 
 def _require_fields(body: str, separator: str, count: int, first_line: int) -> int:
-    """Return the most fields that a row has; those beyond the header's must be empty."""
+    """Return the largest number of fields in a row; fields beyond the header must be empty."""
     longest = count
     rows = csv.reader(io.StringIO(body), delimiter=separator)
     for row in rows:

@@ -75,18 +75,18 @@ def _opened(source: Path, *, with_values: bool) -> Any:
     from openpyxl import load_workbook
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of what the file has beside its cells
+        warnings.simplefilter("ignore")  # about styles and the like, which are not read
         return load_workbook(source, read_only=True, data_only=with_values)
 
 
 def _chosen(book: Any, source: Path, sheet: str | None) -> str:
     """Return the name of the sheet that is meant; say which, where there is a choice."""
-    names = [each.title for each in book.worksheets]
+    names = [page.title for page in book.worksheets]
     if sheet is not None:
         if sheet not in names:
             raise unknown_name("sheet", f"a sheet of {source.name}", sheet, names)
         return sheet
-    tables = [each.title for each in book.worksheets if _holds_table(each)]
+    tables = [page.title for page in book.worksheets if _holds_table(page)]
     chosen = (tables or names)[0]
     if len(names) > 1:
         others = ", ".join(repr(name) for name in names if name != chosen)

@@ -8,6 +8,7 @@ from typing import Any, get_args
 
 from pinchoff.collisions.law import LINES
 from pinchoff.collisions.reasons import general_reason
+from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import (
     AREA_STIFFNESS_PER_LINE_TENSION,
     CA_PER_CA_SIM,
@@ -20,7 +21,6 @@ from pinchoff.model.parameters import (
     preset_names,
 )
 from pinchoff.model.presets import preset_constants
-from pinchoff.model.results import guard_message
 from pinchoff.support.quantities import physical_magnitude
 
 LABORATORY = {
@@ -50,7 +50,7 @@ _LINE_LABELS = {
 
 
 def facts() -> dict[str, Any]:
-    """Return what the page is built with, fit for JSON.
+    """Return the data of the page, ready for JSON.
 
     Returns
     -------

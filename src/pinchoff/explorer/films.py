@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from pinchoff.model.outlines import Outlines
+from pinchoff.model.run_files import read_run
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +23,7 @@ MOST_FRAMES = 80
 MOST_VERTICES = 48
 """What one page takes, so that it opens fast: about 5 MB of films and as much of pictures."""
 
-_UNIT = 1.0 / 2500.0  # D0 of one step: the integers reach 13 D0
+_UNIT = 1.0 / 2500.0  # D0; one step of the integers that hold a film, which reach 13 D0
 _NEAR = 3.0  # droplets so near to the pillar are shown, D0
 _BEFORE, _AFTER = 3.0, 1.5  # how long before the contact and after the end, D0/v
 
@@ -96,9 +96,9 @@ def _film_of(outlines: Outlines, row: dict[str, Any]) -> dict[str, Any] | None:
         since = (time - row["contact_time_s"]) / unit_s
         if since < -_BEFORE or time > last + _AFTER * unit_s:
             continue
-        shown = [along_flow(o.vertices, row) / diameter * mirror for o in outlines[k]]
+        vertices = [along_flow(o.vertices, row) / diameter * mirror for o in outlines[k]]
         times.append(since)
-        frames.append([o for o in shown if np.hypot(*o.T).min() < _NEAR])
+        frames.append([o for o in vertices if np.hypot(*o.T).min() < _NEAR])
     if not any(frames):
         return None
     return _packed(times, frames, row["obstacle_radius_um"] / diameter)
@@ -118,8 +118,8 @@ def simulated_film(folder: Path) -> dict[int, Any]:
     if not path.is_file():
         return {}
     outlines = Outlines.load(path)
-    report = json.loads((folder / "collision.json").read_text(encoding="utf-8"))
-    contact = report["results"].get("contact_time") or 0.0
+    contact = read_run(folder / "collision.json").row["contact_time"]
+    contact = contact if contact == contact else 0.0
     kept = [k for k, t in enumerate(outlines.times.tolist()) if t - contact >= -_BEFORE]
     frames = [[o.vertices for o in outlines[k]] for k in kept]
     times = [float(outlines.times[k]) - contact for k in kept]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 20_000
 """Collisions that one page takes: more make it slow to open and to draw."""
 
-_DIGITS = 6  # significant, of a number in the page
+_DIGITS = 6  # significant digits of a number in the page
 
 LAW = "law.json"
 RUN = "collision.json"
@@ -76,12 +76,12 @@ def own_data(
             words += more
     else:
         frame, words = _thinned(*_of_table(place, own))
-    shown = [c for c in frame.columns if c not in _HIDDEN and frame[c].notna().any()]
+    names = [c for c in frame.columns if c not in _HIDDEN and frame[c].notna().any()]
     return {
         "title": place.resolve().name,
         "words": words,
-        "columns": [_described(frame, name) for name in shown],
-        "values": {name: _values(frame[name]) for name in shown},
+        "columns": [_described(frame, name) for name in names],
+        "values": {name: _values(frame[name]) for name in names},
         "films": films,
         "thumbnails": thumbnails,
         "lines": lines,
@@ -118,7 +118,7 @@ def _of_run(folder: Path) -> pd.DataFrame:
 
 
 def _of_table(place: Path, own: Mapping[str, Mapping[str, str]]) -> tuple[pd.DataFrame, list[str]]:
-    """Read a sweep or a table of ours as it stands, and any other as `pinchoff fit` does."""
+    """Read our own tables as they are, and any other table as `pinchoff fit` does."""
     from pinchoff.collisions.importing import import_collisions
     from pinchoff.collisions.parquet import read_collisions
     from pinchoff.collisions.reading import read_table

@@ -71,7 +71,7 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
         inset.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         inset.xaxis.set_minor_formatter(NullFormatter())
         inset.tick_params(labelsize=6)
-        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=3, columnspacing=1.0)
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=2, columnspacing=1.0)
         if fit.synthetic:
             style.mark_synthetic(axes, x=0.3, y=0.17)
         return axes

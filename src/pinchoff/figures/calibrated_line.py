@@ -27,7 +27,7 @@ _LABELS = {
 }
 _START = palette.VERMILION
 _BEST = palette.BLUE
-_LOW = 0.08  # S: an axis that begins lower gets few ticks
+_LOW = 0.08  # S: an axis that begins below it gets fewer ticks
 _FEW_TICKS = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 
 

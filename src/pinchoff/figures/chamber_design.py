@@ -70,7 +70,7 @@ def chamber_design(
             _draw_violations(axes, violations, layout.outline.bounds)
         else:
             _draw_numbers(axes, chamber)
-        left, low, right, high = (each / 1e3 for each in layout.outline.bounds)
+        left, low, right, high = (side / 1e3 for side in layout.outline.bounds)
         axes.add_patch(Rectangle((left, low), right - left, high - low, fill=False, lw=0.6))
         axes.set(xlim=(left, right), ylim=(low, high), aspect="equal")
         axes.set(xlabel="along the flow, $x$ (mm)", ylabel="across, $y$ (mm)")

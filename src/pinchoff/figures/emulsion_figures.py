@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Literal
@@ -12,12 +13,14 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
+from numpy.typing import NDArray
 
 from pinchoff.collisions.law import breakup_probability
 from pinchoff.figures import style
 from pinchoff.figures.scene import smooth_outline
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
 from pinchoff.studies.emulsion_sizes import ancestors
+from pinchoff.studies.isolated_pillar import relative_breakup_number
 from pinchoff.support import palette
 from pinchoff.support.paper_constants import WIDTH
 
@@ -29,8 +32,10 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outline
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
+_MEMBERS = 60  # of a family; more cannot be told apart
 _FEWEST = 20  # contacts in a bin; bins with fewer are joined
-_LEAST_NUMBER = 1e-3  # Bk; below it a droplet has only grazed the pillar
+_LEAST_CONTACT, _LEAST_CLOCK = 1e-3, 1e-4  # shorter ones, or emptier, are drawn here
+_LEAST_NUMBER = 1e-3  # Bk: a droplet below it has only grazed the pillar
 
 
 def droplets_in_array(
@@ -38,6 +43,7 @@ def droplets_in_array(
     array: PillarArray,
     time: float,
     color: Literal["generation", "size"] = "generation",
+    periodic: str = "y",
 ) -> Axes:
     """Draw the droplets of one frame among the pillars, coloured by generation or size.
 
@@ -49,43 +55,80 @@ def droplets_in_array(
         Of the frame, t0.
     color : {"generation", "size"}, optional
         Number of break-ups in a droplet's ancestry, or its diameter.
+    periodic : str, optional
+        Axes along which the cell repeats itself.
     """
     with style.journal_style():
         wide = style.TWO_COLUMNS
         height = min(8.0, 0.86 * wide * array.width / array.length + 0.5)
         figure = Figure(figsize=(wide, height), layout="constrained")
         axes = figure.subplots()
-        axes.set_facecolor(palette.FLUID)
-        for x, y, radius in array.circles:
-            for shift in (-array.width, 0.0, array.width):
-                axes.add_patch(Circle((x, y + shift), radius, color=palette.OBSTACLE, lw=0))
-        vertices = [droplet.vertices for droplet in droplets]
+        draw_pillars(axes, array, periodic)
         if color == "generation":
             values = np.array([droplet.generation for droplet in droplets], dtype=np.float64)
             norm: Normalize = BoundaryNorm(np.arange(-0.5, max(values, default=0) + 1), 256)
             said = "break-ups in its ancestry"
         else:
-            values = np.array([_diameter(one) for one in vertices])
+            values = np.array([diameter_of(droplet.vertices) for droplet in droplets])
             norm, said = Normalize(0.0, max(values, default=1.0)), "diameter ($D_0$)"
         colors = ScalarMappable(norm, palette.ORDERED_MAP)
-        shades = colors.to_rgba(values)
-        for shift in (-array.width, 0.0, array.width):  # what crosses the edge of the cell
-            shapes = [smooth_outline(one) + np.array([0.0, shift]) for one in vertices]
-            droplet_shapes = PolyCollection(
-                shapes,
-                facecolors=shades,
-                edgecolors=palette.DROPLET_RIM,
-                linewidths=0.5,
-                zorder=2,
-            )
-            axes.add_collection(droplet_shapes)
-        axes.set(xlim=(0, array.length), ylim=(0, array.width), aspect="equal")
+        axes.add_collection(droplet_shapes(droplets, array, periodic, colors.to_rgba(values)))
         axes.set(xlabel="$x$ ($D_0$)", ylabel="$y$ ($D_0$)", title=f"$t$ = {time:.4g} $t_0$")
         bar = figure.colorbar(colors, ax=axes, label=said, fraction=0.03, pad=0.01)
         if color == "generation":
             bar.set_ticks(np.arange(0, max(values, default=0) + 1).tolist())
             bar.minorticks_off()
         return axes
+
+
+def draw_pillars(axes: Axes, array: PillarArray, periodic: str) -> None:
+    """Draw the fluid and the pillars of a cell, with those that reach in across its edges."""
+    axes.set_facecolor(palette.FLUID)
+    for x, y, radius in array.circles:
+        for shift in _images(array, periodic):
+            circle = Circle((x + shift[0], y + shift[1]), radius, color=palette.OBSTACLE, lw=0)
+            axes.add_patch(circle)
+    axes.set(xlim=(0, array.length), ylim=(0, array.width), aspect="equal")
+
+
+def droplet_shapes(
+    droplets: Sequence[Outline],
+    array: PillarArray,
+    periodic: str,
+    shades: NDArray[np.float64],
+    rim: float = 0.5,
+) -> PolyCollection:
+    """Return droplets as smooth shapes, with those that reach in across the cell's edges.
+
+    Parameters
+    ----------
+    droplets : sequence of n Outline
+    array : PillarArray
+    periodic : str
+    shades : ndarray, shape (n, 4)
+        Their colours.
+    rim : float, optional
+        Width of the line round each, points.
+    """
+    size = np.array([array.length, array.width])
+    shapes, colors = [], []
+    for droplet, shade in zip(droplets, shades, strict=True):
+        outline = smooth_outline(droplet.vertices)
+        low, high = outline.min(axis=0), outline.max(axis=0)
+        for shift in _images(array, periodic):
+            if ((high + shift > 0) & (low + shift < size)).all():
+                shapes.append(outline + shift)
+                colors.append(shade)
+    return PolyCollection(
+        shapes, facecolors=colors, edgecolors=palette.DROPLET_RIM, linewidths=rim, zorder=2
+    )
+
+
+def _images(array: PillarArray, periodic: str) -> NDArray[np.float64]:
+    """Return by how much what is in the cell is moved to be seen across its edges, (n, 2)."""
+    along = (-1, 0, 1) if "x" in periodic else (0,)
+    across = (-1, 0, 1) if "y" in periodic else (0,)
+    return np.array([(i * array.length, j * array.width) for i in along for j in across])
 
 
 def sizes_over_time(sizes: pd.DataFrame, study: SizeStudy) -> Axes:
@@ -128,6 +171,39 @@ def size_distribution(study: SizeStudy) -> Axes:
         return axes
 
 
+def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
+    """Draw the mean diameter and that weighted by area against what was varied.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a run: the varied keys, mean_diameter and weighted_diameter with their errors, D0.
+    varied : sequence of str
+        Its keys; the first one with numbers is along x, and there is a line for each combination
+        of the others.
+    """
+    with style.journal_style():
+        figure = Figure(figsize=(style.TWO_COLUMNS, 2.6), layout="constrained")
+        panels = figure.subplots(1, 2, sharey=True)
+        along = next((name for name in varied if table[name].dtype.kind in "if"), None)
+        others = [name for name in varied if name != along]
+        groups = table.groupby(others, sort=False) if others else [((), table)]
+        names = {"mean_diameter": "mean", "weighted_diameter": "weighted by area"}
+        for (name, said), axes in zip(names.items(), panels, strict=True):
+            for (chosen, rows), color in zip(groups, itertools.cycle(palette.CATEGORIES)):
+                x = np.arange(len(rows)) if along is None else rows[along].to_numpy(np.float64)
+                error = np.nan_to_num(rows[f"{name}_error"].to_numpy(np.float64))
+                label = ", ".join(f"{k} = {v}" for k, v in zip(others, chosen, strict=True))
+                style_of = {"fmt": "o-", "ms": 3, "lw": 0.8, "color": color}
+                axes.errorbar(x, rows[name], error, label=label or None, **style_of)
+            axes.set(xlabel=along or "run", ylabel=f"diameter, {said} ($D_0$)")
+            axes.set_ylim(bottom=0)
+        if others:
+            panels[0].legend(fontsize="small")
+        first: Axes = panels[0]
+        return first
+
+
 def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> Axes:
     """Draw what happens per t0 against time."""
     with style.journal_style():
@@ -145,50 +221,101 @@ def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> A
         axes.axvline(study.start, color=palette.INK, lw=0.8, ls=":")
         axes.set(xlabel="time ($t_0$)", ylabel="droplets per $t_0$", xlim=(0, end))
         axes.set_ylim(bottom=0)
-        axes.legend(loc="upper left", ncols=3, bbox_to_anchor=(0, 1.15), columnspacing=1.0)
+        if axes.get_legend_handles_labels()[0]:
+            axes.legend(loc="upper left", ncols=4, bbox_to_anchor=(0, 1.15), columnspacing=1.0)
         return axes
 
 
-def contact_breakups(contacts: pd.DataFrame) -> Axes:
+def contact_breakups(contacts: pd.DataFrame, isolated: pd.DataFrame | None = None) -> Axes:
     """Draw the share of the contacts that broke the droplet against Bk, with the paper's law.
 
     Parameters
     ----------
     contacts : DataFrame
         Of `contact_outcomes`.
+    isolated : DataFrame, optional
+        Of `isolated_pillar`. A second panel then has Bk over that of a pillar alone in the same
+        flow, for a droplet of the same diameter.
+
+    Returns
+    -------
+    Axes
+        The first panel.
+    """
+    panels = 1 if isolated is None else 2
+    with style.journal_style():
+        wide = style.ONE_COLUMN if isolated is None else style.TWO_COLUMNS
+        figure = Figure(figsize=(wide, 2.5), layout="constrained")
+        axes = figure.subplots(1, panels, squeeze=False)[0]
+        seen = contacts[contacts["settled"] & (contacts["breakup_number"] > _LEAST_NUMBER)]
+        broke = seen["broke"].to_numpy(bool)
+        number = seen["breakup_number"].to_numpy(np.float64)
+        _broken_shares(axes[0], number, broke, "isolated collisions (paper)")
+        axes[0].set(xlabel="breakup number Bk at contact", ylabel="share that broke")
+        if isolated is not None:
+            relative = relative_breakup_number(seen, isolated)
+            known = np.isfinite(relative) & (relative > _LEAST_NUMBER)
+            alone = "a pillar alone, this flow"
+            _broken_shares(axes[1], relative[known], broke[known], alone)
+            axes[1].set(xlabel="Bk over that of a pillar alone in this flow")
+        first: Axes = axes[0]
+        return first
+
+
+def _broken_shares(
+    axes: Axes, number: NDArray[np.float64], broke: NDArray[np.bool_], law: str
+) -> None:
+    wide = np.geomspace(_LEAST_NUMBER, max(10.0, number.max(initial=1.0)), 400)
+    axes.plot(wide, breakup_probability(wide, WIDTH), color=palette.BLUE, label=law)
+    if len(number):
+        edges = logarithmic_edges(number.min(), number.max(), 6)
+        found = broken_fractions(number, broke, merged_edges(number, edges, _FEWEST))
+        reach = np.stack([found.fraction - found.low, found.high - found.fraction])
+        axes.errorbar(
+            found.middle,
+            found.fraction,
+            np.maximum(reach, 0.0),
+            fmt="o",
+            ms=2.5,
+            lw=0.8,
+            color=palette.BLACK,
+            label=f"{len(number)} contacts, 95 %",
+        )
+    axes.set(xscale="log", ylim=(-0.04, 1.3))
+    axes.set_yticks(np.linspace(0, 1, 6))
+    axes.legend(loc="upper left")
+
+
+def pair_contacts(events: pd.DataFrame) -> Axes:
+    """Draw the contacts of two droplets that have ended: their duration and their clock.
+
+    Parameters
+    ----------
+    events : DataFrame
+        Of an `Emulsion` with a coalescence.
     """
     with style.journal_style():
         figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
         axes = figure.subplots()
-        seen = contacts[contacts["settled"] & (contacts["breakup_number"] > _LEAST_NUMBER)]
-        number = seen["breakup_number"].to_numpy(np.float64)
-        wide = np.geomspace(_LEAST_NUMBER, max(10.0, number.max(initial=1.0)), 400)
-        law = breakup_probability(wide, WIDTH)
-        axes.plot(wide, law, color=palette.BLUE, label="isolated collisions (paper)")
-        if len(seen):
-            edges = logarithmic_edges(number.min(), number.max(), 6)
-            edges = merged_edges(number, edges, _FEWEST)
-            found = broken_fractions(number, seen["broke"].to_numpy(bool), edges)
-            reach = np.stack([found.fraction - found.low, found.high - found.fraction])
-            axes.errorbar(
-                found.middle,
-                found.fraction,
-                np.maximum(reach, 0.0),
-                fmt="o",
-                ms=2.5,
-                lw=0.8,
-                color=palette.BLACK,
-                label=f"{len(seen)} contacts, 95 %",
-            )
-        axes.set(xscale="log", xlabel="breakup number Bk at contact", ylim=(-0.04, 1.2))
-        axes.set_yticks(np.linspace(0, 1, 6))
-        axes.set_ylabel("share that broke")
-        axes.legend(loc="upper left")
+        kinds = events["kind"].astype(str)
+        for kind, said, color in (
+            ("parted", "parted", palette.BLUE),
+            ("merge", "merged", palette.VERMILION),
+        ):
+            ended = events[kinds == kind]
+            lasted = np.maximum(ended["time"] - ended["since"], _LEAST_CONTACT)
+            clock = np.maximum(ended["clock"], _LEAST_CLOCK)
+            label = f"{said}: {len(ended)}"
+            axes.plot(lasted, clock, ".", ms=3, color=color, alpha=0.6, mew=0, label=label)
+        axes.axhline(1.0, color=palette.INK, lw=0.8, ls=":")
+        axes.set(xscale="log", yscale="log")
+        axes.set(xlabel="duration of the contact ($t_0$)", ylabel="clock $C$ at its end")
+        axes.legend(loc="lower right")
         return axes
 
 
 def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
-    """Draw the droplet with the most descendants and all of them: time along, a line a droplet.
+    """Draw the droplet with the most descendants, and the first of them: time along, a line each.
 
     Parameters
     ----------
@@ -206,8 +333,10 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
         if not eldest:
             return axes
         first = max(set(eldest), key=lambda k: (eldest.count(k), -k))
-        members = family[np.array(eldest) == first]
+        members = family[np.array(eldest) == first].head(_MEMBERS)  # by birth
         heights = _heights(members, int(first))
+        merged = members[members["other_parent"] >= 0]
+        joined = dict(zip(merged["other_parent"].tolist(), merged.index.tolist(), strict=True))
         for number, row in zip(members.index.tolist(), members.to_dict("records"), strict=True):
             y, born = heights[int(number)], 0.0 if math.isnan(row["born"]) else row["born"]
             ended = end if math.isnan(row["ended"]) else row["ended"]
@@ -215,6 +344,9 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
             axes.plot([born, ended], [y, y], color=palette.BLUE, lw=3 * size)
             if row["parent"] in heights:
                 axes.plot([born, born], [heights[int(row["parent"])], y], color=palette.INK, lw=0.6)
+            if joined.get(number) in heights:
+                target = heights[joined[number]]
+                axes.plot([ended, ended], [y, target], color=palette.INK, lw=0.6, ls=":")
             if row["fate"] == "left":
                 axes.plot(ended, y, ">", color=palette.GREY, ms=3)
         return axes
@@ -238,7 +370,8 @@ def _heights(members: pd.DataFrame, first: int) -> dict[int, float]:
     return heights
 
 
-def _diameter(vertices: np.typing.NDArray[np.float64]) -> float:
+def diameter_of(vertices: NDArray[np.float64]) -> float:
+    """Return the diameter of the circle of equal area."""
     x, y = vertices.T
     area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
     return math.sqrt(4 / math.pi * area)

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib import resources
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal, NamedTuple
 from urllib.parse import quote
 
+from pinchoff.figures.mathml import formula
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
 
@@ -22,10 +23,29 @@ if TYPE_CHECKING:
     Picture = Axes | bytes | str | os.PathLike[str]
 
 _NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
+_POWER = re.compile(r"(?<=[\w)])\^(?:\(([^()]*)\)|([-−]?[\w.]+))")
+_SIGNS = {"good": "✓", "bad": "✗", "odd": "!"}
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
 _SHORT = 26  # letters: a cell this short is kept on one line
 _SCREEN_DOTS_PER_INCH = 96
 _ENLARGED = 'class="picture" href="#"'
+
+
+class Mark(NamedTuple):
+    """A word of a table that says whether something is well.
+
+    Attributes
+    ----------
+    text : str
+    tone : {"good", "bad", "odd"}
+        Green with ✓, red with ✗, or orange with !.
+    """
+
+    text: str
+    tone: Literal["good", "bad", "odd"]
+
+    def __str__(self) -> str:
+        return f"{_SIGNS[self.tone]} {self.text}"
 
 
 class Page:
@@ -53,8 +73,12 @@ class Page:
         self._body.append(f'<h2 id="section-{len(self._headings)}">{escape(heading)}</h2>')
 
     def paragraph(self, text: str) -> None:
-        """Add a paragraph of plain text."""
-        self._body.append(f"<p>{escape(text)}</p>")
+        """Add a paragraph of plain text; a formula in it stands between two signs ``$``."""
+        self._body.append(f"<p>{_typeset(text)}</p>")
+
+    def formula(self, text: str) -> None:
+        """Add a formula on a line of its own, written as in `mathml.formula`."""
+        self._body.append(f"<p>{formula(text, display=True)}</p>")
 
     def link(self, text: str, target: str) -> None:
         """Add a link to a file in the folder of the page.
@@ -77,18 +101,19 @@ class Page:
         columns : sequence of n str
             Headings, with units.
         rows : iterable of sequence of n
-            Cells, as they are to be read.
+            Cells, as they are to be read. A `Mark` is coloured and has a sign.
         caption : str, optional
         """
+        rows = [list(row) for row in rows]
         cells = [[str(cell) for cell in row] for row in rows]
         kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
         said = f"<caption>{escape(caption)}</caption>" if caption else ""
         head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
         body = "".join(
             "<tr>"
-            + "".join(f"<td{k}>{escape(c)}</td>" for c, k in zip(row, kinds, strict=True))
+            + "".join(f"<td{k}>{_cell(c)}</td>" for c, k in zip(row, kinds, strict=True))
             + "</tr>\n"
-            for row in cells
+            for row in rows
         )
         self._body.append(
             f'<div class="table"><table>{said}<thead><tr>{head}</tr></thead>\n'
@@ -139,7 +164,7 @@ class Page:
         )
         head = [
             f"<h1>{escape(self._title)}</h1>",
-            f'<p class="summary">{escape(self._summary)}</p>' if self._summary else "",
+            f'<p class="summary">{_typeset(self._summary)}</p>' if self._summary else "",
             f'<p class="notice">{escape(self._notice)}</p>' if self._notice else "",
             f"<nav>{links}</nav>" if len(self._headings) > 1 else "",
         ]
@@ -154,6 +179,27 @@ class Page:
             f'<dialog aria-label="Enlarged picture"><img alt=""></dialog>\n'
             f"<script>\n{_resource('page.js')}</script>\n</body>\n</html>\n"
         )
+
+
+def _typeset(text: str) -> str:
+    """Return a text for a page, with the formulas between its signs $ typeset."""
+    plain, *rest = text.split("$")
+    if len(rest) % 2:  # a sign of its own, as in a name
+        return escape(text)
+    shown = [escape(plain)]
+    for inside, after in zip(rest[::2], rest[1::2], strict=True):
+        try:
+            shown += [formula(inside), escape(after)]
+        except ValueError:
+            return escape(text)
+    return "".join(shown)
+
+
+def _cell(value: object) -> str:
+    """Return a cell for a page: a mark in its colour, powers raised."""
+    if isinstance(value, Mark):
+        return f'<span class="{value.tone}">{escape(str(value))}</span>'
+    return _POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", escape(str(value)))
 
 
 def _kind(cells: Sequence[str]) -> str:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -28,13 +29,28 @@ _SMALL_DOTS_PER_INCH = 96  # of a GIF and of a player
 _FONT_SIZE = 11  # points
 _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
 _QUALITY = 18  # constant rate factor of x264: no visible loss
+_BUTTONS = {
+    "minus": "−",
+    "fast-backward": "⏮",
+    "step-backward": "◁|",
+    "play fa-flip-horizontal": "◀",
+    "play": "▶",
+    "pause": "❚❚",
+    "step-forward": "|▷",
+    "fast-forward": "⏭",
+    "plus": "+",
+}
+"""What stands on the buttons of a player, by the names of their icons in matplotlib's page."""
+
+Progress: TypeAlias = Callable[[int, int], object]
+"""What is called with the frames done and the frames in all."""
 
 
 def write_movie(
     path: str | os.PathLike[str],
     outlines: Outlines,
     fps: int = 30,
-    progress: Callable[[int, int], object] | None = None,
+    progress: Progress | None = None,
 ) -> None:
     """Film a run as H.264 (yuv420p, 960 by 540 pixels) in an MP4 file.
 
@@ -58,12 +74,10 @@ def write_movie(
         240, or no droplet ever comes into view.
     """
     _require_rate(fps)
-    stage = _Stage(outlines)
+    stage = _Stage(outlines, fps)
     with ClipWriter(path, _PIXELS, fps, _QUALITY) as film:
-        for done, pixels in enumerate(stage.pictures(), start=1):
+        for pixels in stage.pictures(progress):
             film.append(pixels)
-            if progress is not None:
-                progress(done, len(stage.frames))
 
 
 @dataclass(frozen=True, repr=False)
@@ -88,7 +102,10 @@ class Player:
 
 
 def animate(
-    outlines: Outlines, path: str | os.PathLike[str] | None = None, fps: int = 30
+    outlines: Outlines,
+    path: str | os.PathLike[str] | None = None,
+    fps: int = 30,
+    progress: Progress | None = None,
 ) -> Player | None:
     """Film a run, into a file or as a player for a notebook.
 
@@ -101,6 +118,9 @@ def animate(
         the extra ``video``.
     fps : int, optional
         Frames of the outlines per second of film, from 1 to 240.
+    progress : callable, optional
+        Called after every frame of an ``.mp4`` or ``.gif`` with the frames done and the frames in
+        all.
 
     Returns
     -------
@@ -126,7 +146,7 @@ def animate(
     if target.suffix not in writers:
         rule = f"a name ending in {', '.join(writers)}"
         raise InputError.of("path", rule, target.name, "choose one of them")
-    writers[target.suffix](target, outlines, fps)
+    writers[target.suffix](target, outlines, fps, progress)
     return None
 
 
@@ -135,13 +155,13 @@ def _require_rate(fps: int) -> None:
         raise InputError.of("fps", "from 1 to 240", fps, "choose frames per second of film")
 
 
-def _write_gif(path: Path, outlines: Outlines, fps: int) -> None:
+def _write_gif(path: Path, outlines: Outlines, fps: int, progress: Progress | None) -> None:
     from PIL import Image
 
-    stage = _Stage(outlines, _SMALL_DOTS_PER_INCH)
+    stage = _Stage(outlines, fps, _SMALL_DOTS_PER_INCH)
     first, *others = [
         Image.fromarray(pixels).quantize(64, method=Image.Quantize.FASTOCTREE)
-        for pixels in stage.pictures()
+        for pixels in stage.pictures(progress)
     ]
     # A GIF counts hundredths of a second, and viewers slow down what is faster than two.
     duration = max(20, round(100 / fps) * 10)
@@ -151,7 +171,7 @@ def _write_gif(path: Path, outlines: Outlines, fps: int) -> None:
         )
 
 
-def _write_page(path: Path, outlines: Outlines, fps: int) -> None:
+def _write_page(path: Path, outlines: Outlines, fps: int, _: Progress | None) -> None:
     with written_aside(path) as unfinished:
         page = _player(outlines, fps).page
         unfinished.write_text(f"<!doctype html><meta charset='utf-8'>{page}", encoding="utf-8")
@@ -161,11 +181,17 @@ def _player(outlines: Outlines, fps: int) -> Player:
     from matplotlib import rc_context
     from matplotlib.animation import FuncAnimation
 
-    stage = _Stage(outlines, _SMALL_DOTS_PER_INCH)
+    stage = _Stage(outlines, fps, _SMALL_DOTS_PER_INCH)
     look: Any = {"animation.embed_limit": 200, "savefig.dpi": _SMALL_DOTS_PER_INCH}
     with rc_context(look):
         film = FuncAnimation(stage.canvas.figure, stage.show, frames=stage.frames)
-        return Player(film.to_jshtml(fps=fps), len(stage.frames))
+        return Player(_without_network(film.to_jshtml(fps=fps)), len(stage.frames))
+
+
+def _without_network(page: str) -> str:
+    """Return matplotlib's player with letters on its buttons, where it would fetch a font."""
+    page = re.sub(r"<link[^>]*font-awesome[^>]*>", "", page)
+    return re.sub(r'<i class="fa fa-([\w -]+)"></i>', lambda icon: _BUTTONS[icon[1]], page)
 
 
 def _window(outlines: Outlines) -> Window:
@@ -198,7 +224,7 @@ def _frames_in_view(outlines: Outlines, window: Window) -> list[int]:
 class _Stage:
     """A figure that shows one frame of a run after the other."""
 
-    def __init__(self, outlines: Outlines, dots_per_inch: int = _DOTS_PER_INCH) -> None:
+    def __init__(self, outlines: Outlines, fps: int, dots_per_inch: int = _DOTS_PER_INCH) -> None:
         window = _window(outlines)
         self.frames = _frames_in_view(outlines, window)
         if not self.frames:
@@ -214,7 +240,16 @@ class _Stage:
             draw_scale_bar(self._axes, window, self._scale)
             corner = self._axes.transAxes
             self._label = self._axes.text(0.02, 0.96, "", transform=corner, va="top")
+            if len(self.frames) > 1:
+                place: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "small"}
+                self._axes.text(0.98, 0.96, self._pace(fps), transform=corner, **place)
         self._droplets: Any = None
+
+    def _pace(self, fps: int) -> str:
+        """Say how much of the run a second of film shows."""
+        step = float(np.median(np.diff(self._outlines.times[self.frames])))
+        shown = fps * step * self._scale.time
+        return f"1 s of film: {shown:.3g} {self._scale.time_unit}"
 
     def show(self, frame: int) -> None:
         """Show a frame of the outlines."""
@@ -223,10 +258,12 @@ class _Stage:
         self._droplets = draw_droplets(self._axes, self._outlines[frame], rim=1.5)
         self._label.set_text(self._scale.time_label(self._outlines.times[frame]))
 
-    def pictures(self) -> Iterator[Pixels]:
+    def pictures(self, progress: Progress | None = None) -> Iterator[Pixels]:
         """Draw all frames: (height, width, 3) of red, green and blue."""
         with style.journal_style(_FONT_SIZE):
-            for frame in self.frames:
+            for done, frame in enumerate(self.frames, start=1):
                 self.show(frame)
                 self.canvas.draw()
                 yield np.ascontiguousarray(np.asarray(self.canvas.buffer_rgba())[..., :3])
+                if progress is not None:
+                    progress(done, len(self.frames))

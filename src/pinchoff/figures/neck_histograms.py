@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
@@ -14,6 +15,7 @@ from pinchoff.figures.phase_diagram import OUTCOMES
 from pinchoff.studies.necks import ThinningHistory, last_frame_necks
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,10 +70,11 @@ def neck_histograms(
         edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()
         for kind, color, label in reversed(OUTCOMES):
             values = necks[measured & (broke == kind)]
-            if len(values) and np.ptp(values) < edges[1] and unit != "µm":
+            if len(values) > 1 and np.ptp(values) < 0.1 * edges[1]:
                 # Simulated droplets are cut at one thickness: a line, not one tall bar.
-                text = f"{label}: {len(values):,}, all at {np.median(values):.3f} {unit}"
-                axes[0].axvline(float(np.median(values)), color=color, lw=1.6, label=text)
+                place = float(np.median(values))
+                text = f"{label}: {len(values):,}, all at {numeral(place, '.3g')} {unit}"
+                axes[0].axvline(place, color=color, lw=1.6, label=text)
                 continue
             text = f"{label}: {len(values):,}"
             axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
@@ -80,7 +83,8 @@ def neck_histograms(
             axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
         axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
         axes[0].set_ylabel("collisions")
-        axes[0].legend()
+        axes[0].yaxis.set_major_locator(MaxNLocator(5, integer=True))
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))  # clear of the bars
         if history is not None:
             _draw_cameras(axes[1], history)
         if synthetic(table):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,8 +19,12 @@ from scipy.interpolate import CubicSpline
 from pinchoff.model.outlines import Outline, Outlines
 from pinchoff.support import palette
 
+if TYPE_CHECKING:
+    from pinchoff.model.flow import Flow
+
 _SCALE_BAR_SHARE = 0.2  # of the window's width, about
 _POINTS_AN_EDGE = 8  # of a smooth outline
+_STREAMLINE_GRID = 81  # places along each side where the flow is asked for
 
 Floats = NDArray[np.float64]
 
@@ -82,6 +86,29 @@ def draw_chamber(axes: Axes, outlines: Outlines, window: Window) -> None:
         axes.add_patch(
             Circle((x, y), radius, facecolor=palette.OBSTACLE, edgecolor="none", zorder=3)
         )
+
+
+def draw_streamlines(axes: Axes, flow: Flow, outlines: Outlines, window: Window) -> None:
+    """Draw streamlines of the undisturbed flow, thin and grey, behind the droplets."""
+    x = np.linspace(window.left, window.right, _STREAMLINE_GRID)
+    y = np.linspace(window.bottom, window.top, _STREAMLINE_GRID)
+    places = np.stack(np.meshgrid(x, y), axis=-1)
+    velocity = flow.velocity(places)
+    for centre_x, centre_y, radius in outlines.obstacles:
+        inside = np.hypot(places[..., 0] - centre_x, places[..., 1] - centre_y) < radius
+        velocity[inside] = np.nan
+    lines = axes.streamplot(
+        x,
+        y,
+        velocity[..., 0],
+        velocity[..., 1],
+        density=(0.7, 0.7 * window.height / window.width),
+        color=palette.GREY,
+        linewidth=0.5,
+        arrowsize=0.5,
+        zorder=1.5,
+    )
+    lines.lines.set_capstyle("round")
 
 
 def draw_droplets(axes: Axes, droplets: Iterable[Outline], rim: float = 1.0) -> PolyCollection:

@@ -5,17 +5,28 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from matplotlib.axes import Axes
 
 from pinchoff.figures import style
-from pinchoff.figures.scene import Scale, Window, draw_chamber, draw_droplets, draw_scale_bar
+from pinchoff.figures.scene import (
+    Scale,
+    Window,
+    draw_chamber,
+    draw_droplets,
+    draw_scale_bar,
+    draw_streamlines,
+)
 from pinchoff.model.outlines import Outline, Outlines
 from pinchoff.studies.moments import Moment, collision_moments, first_contact
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    from pinchoff.model.flow import Flow
 
 _PANELS_A_ROW = 3
 _MARGIN = 0.15  # between what is shown and the edge of the picture [D0]
@@ -25,6 +36,8 @@ def snapshot_strip(
     outlines: Outlines,
     times: npt.ArrayLike | None = None,
     axes: Sequence[Axes] | None = None,
+    *,
+    flow: Flow | None = None,
 ) -> list[Axes]:
     """Draw snapshots of a collision side by side, all of the same window at the same scale.
 
@@ -42,6 +55,9 @@ def snapshot_strip(
         approach to after the break-up, or to the departure.
     axes : sequence of n Axes, optional
         Where to draw; by default a new figure across two columns.
+    flow : Flow, optional
+        The flow of the run, such as ``po.flow.stokes(parameters.obstacle_radius)``; its streamlines
+        are drawn, as they are without a droplet.
 
     Returns
     -------
@@ -51,7 +67,8 @@ def snapshot_strip(
     Raises
     ------
     InputError
-        If there are no outlines, or not as many axes as snapshots.
+        There are no outlines, a time lies outside of the run, there are not as many axes as
+        snapshots, or a flow is given for outlines in µm.
 
     Examples
     --------
@@ -62,6 +79,8 @@ def snapshot_strip(
     """
     if len(outlines.frame) == 0:
         raise InputError.of("outlines", "of one droplet or more", outlines, "simulate first")
+    if flow is not None and outlines.units == "um":
+        raise InputError.of("flow", "left out for outlines in µm", flow, "a flow counts in D0")
     moments = collision_moments(outlines) if times is None else _nearest_frames(outlines, times)
     window = _window(outlines, moments)
     with style.journal_style():
@@ -73,11 +92,15 @@ def snapshot_strip(
         scale = Scale.of(outlines)
         for panel, moment in zip(panels, moments, strict=True):
             _draw_snapshot(panel, outlines, moment, window, scale)
+            if flow is not None:
+                draw_streamlines(panel, flow, outlines, window)
         draw_scale_bar(panels[0], window, scale)
     return panels
 
 
-def write_snapshots(path: str | os.PathLike[str], outlines: Outlines) -> None:
+def write_snapshots(
+    path: str | os.PathLike[str], outlines: Outlines, flow: Flow | None = None
+) -> None:
     """Write the default strip as a picture; the suffix chooses its format.
 
     Parameters
@@ -86,14 +109,16 @@ def write_snapshots(path: str | os.PathLike[str], outlines: Outlines) -> None:
         The file, as ``.png`` or ``.pdf``; it appears when it is complete.
     outlines : Outlines
         The collision.
+    flow : Flow, optional
+        Its streamlines are drawn.
 
     Raises
     ------
     InputError
-        If there are no outlines.
+        There are no outlines.
     """
     with style.off_screen():
-        panels = snapshot_strip(outlines)
+        panels = snapshot_strip(outlines, flow=flow)
     style.save(path, panels[0])
 
 
@@ -101,6 +126,11 @@ def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
     wanted = np.atleast_1d(np.asarray(times, dtype=np.float64))
     if wanted.ndim != 1 or wanted.size == 0 or not np.all(np.isfinite(wanted)):
         raise InputError.of("times", "finite numbers", times, "give one or more times in t0")
+    first, last = float(outlines.times[0]), float(outlines.times[-1])
+    outside = wanted[(wanted < first - 1e-9) | (wanted > last + 1e-9)]
+    if len(outside):
+        rule = f"within the run, from {first:.4g} to {last:.4g}"
+        raise InputError.of("times", rule, f"{outside[0]:g}", "give times of the run")
     return [Moment(int(np.argmin(np.abs(outlines.times - time))), "") for time in wanted]
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from pinchoff.figures import style
@@ -69,6 +70,7 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
                 color=[palette.BROKE, palette.UNBROKEN],
                 label=["broke", "did not"],
             )
+            panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
         panels[0].set_ylabel("collisions")
         named = panels[0].get_legend_handles_labels()
         figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars

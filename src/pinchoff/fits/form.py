@@ -220,7 +220,7 @@ def unscaled(name: str, scaled: float) -> float:
 
 
 def free_names(free: str | Sequence[str]) -> tuple[str, ...]:
-    """Return quantities whose exponents are to be free, in the order of `EXPONENTS`, each once."""
+    """Return the quantities with free exponents, in the order of `EXPONENTS`, each once."""
     given = (free,) if isinstance(free, str) else tuple(free)
     Form(given)
     return tuple(name for name in EXPONENTS if name in given)

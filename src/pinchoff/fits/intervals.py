@@ -27,7 +27,7 @@ DELTA = "delta method"
 PROFILE = "profile likelihood"
 BOOTSTRAP = "bootstrap"
 
-_FARTHEST = 40.0  # from the value, for logarithms and exponents: an interval has no end there
+_FARTHEST = 40.0  # from the value, in logarithms and exponents: farther no end is sought
 _PRECISION = 1e-4  # of the ends of a profile's interval, relative to its half width
 
 
@@ -122,7 +122,7 @@ class _DevianceRoot:
     def at(self, scaled: float) -> float:
         constraint = Constraint.of([self._form.equation(self._name, scaled), *self._held])
         near = self._near
-        if self._name == "w":  # another width turns no line round
+        if self._name == "w":  # the width never turns a line around
             near = near * (math.exp(-scaled) / near[1])
         start = constraint.nearest(near)
         found = maximum(self._likelihood, constraint, start)
@@ -151,7 +151,7 @@ def _distance(
         inside, outside = outside, min(grown, farthest)
     try:
         return float(brentq(above, inside, outside, xtol=_PRECISION * abs(step), rtol=_PRECISION))
-    except ValueError:  # no change of sign: the likelihood has no maximum that can be followed
+    except ValueError:  # no change of sign: the likelihood has no maximum to follow
         rule = "collisions that decide the law's constants"
         advice = "add others, or use no symmetry_noise"
         raise InputError.of("table", rule, "a likelihood without a clear maximum", advice) from None
@@ -160,7 +160,7 @@ def _distance(
 def upper_bound_of_width(
     form: Form, likelihood: Likelihood, best: Maximum, guess: float, confidence: float
 ) -> float:
-    """Return the largest w that the collisions allow, where the likeliest one is 0.
+    """Return the largest w that the collisions allow, for fits that give w = 0.
 
     One-sided: the deviance is at most the square of the normal quantile of `confidence`. At least
     `guess`.

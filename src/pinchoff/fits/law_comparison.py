@@ -41,7 +41,7 @@ class _Law(NamedTuple):
 
 
 def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str]) -> pd.DataFrame:
-    """Fit the law with every exponent free that the data decide, and laws that fix some of them.
+    """Fit the law with every exponent free that the data can decide, and simpler laws.
 
     Parameters
     ----------

@@ -52,13 +52,13 @@ if TYPE_CHECKING:
 FEW_ROWS = 20
 """Fewer collisions than this come with a warning."""
 
-_FEW_PER_COEFFICIENT = 10  # of the rarer outcome
-_MOST_OF_FIRST_ORDER = 0.5  # standard error of a logarithm
+_FEW_PER_COEFFICIENT = 10  # rarer outcomes for each coefficient, below which a fit warns
+_MOST_OF_FIRST_ORDER = 0.5  # largest standard error of a logarithm that first order describes
 _NARROWEST = 1e-3  # w at which the search for its upper bound begins
 
 
 class _Found(NamedTuple):
-    """Where the likelihood is greatest, or what stands for it where there is no such place.
+    """The maximum of the likelihood, or a substitute where there is none.
 
     The numbers in ``values`` are on the scale of `Form.scaled`, w among them unless there is a
     step. ``held`` and ``narrowest`` are as of `profile_intervals`.
@@ -167,7 +167,15 @@ class LawFit(Drawable):
         return bk
 
     def probability(self, breakup_number: ArrayLike) -> NDArray[np.float64]:
-        """Return the probability of break-up at Bk, shape (...); a step where w = 0."""
+        """Return the probability of break-up at Bk, shape (...); a step where w = 0.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> fit = po.fit_law(po.virtual_experiment(1, 2000, symmetry_noise=0))
+        >>> float(fit.probability(1.0))
+        0.5
+        """
         return breakup_probability(breakup_number, max(self.w.value, 1e-12))
 
     def predict(self, table: pd.DataFrame) -> NDArray[np.float64]:
@@ -206,6 +214,12 @@ class LawFit(Drawable):
         DataFrame
             Columns ``value``, ``low``, ``high``, ``interval`` (the method) and ``meaning``; the
             index is the names of `estimates`.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> fit = po.fit_law(po.virtual_experiment(1, 2000, symmetry_noise=0))
+        >>> print(fit.summary())  # doctest: +SKIP
         """
         import pandas as pd
 
@@ -244,7 +258,15 @@ class LawFit(Drawable):
         return delta_intervals(self._form, self._found.best, self.confidence)
 
     def profile(self) -> dict[str, Estimate]:
-        """Return intervals by the profile likelihood; where w = 0, an upper bound of it."""
+        """Return intervals by the profile likelihood; where w = 0, an upper bound of it.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> fit = po.fit_law(po.virtual_experiment(1, 2000, symmetry_noise=0))
+        >>> fit.profile()["beta"].low < -0.74 < fit.profile()["beta"].high
+        True
+        """
         if self.step:
             steps = dict.fromkeys(self._found.values, max(0.01, self.gap if self.gap > 0 else 0.0))
         else:
@@ -287,6 +309,14 @@ class LawFit(Drawable):
         ------
         InputError
             An argument is wrong, the outcomes do not overlap, or most parts have no fit.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> fit = po.fit_law(po.virtual_experiment(1, 2000, symmetry_noise=0))
+        >>> parts = fit.bootstrap(samples=10)
+        >>> parts.samples, parts.failed
+        (10, 0)
         """
         self._require_maximum("bootstrap")
         return bootstrap(
@@ -408,7 +438,7 @@ def fit_law(
 
 
 def _freed(table: pd.DataFrame, free: tuple[str, ...]) -> tuple[str, ...]:
-    """Return what is free: with the radius area and, where the rows decide it, thickness."""
+    """Return the free quantities; the radius frees area and, if rows decide it, thickness."""
     if "radius" not in free:
         return free
     everything = free_names((*free, "area", "thickness"))
@@ -468,7 +498,7 @@ def _require_law(values: dict[str, float], coefficients: Floats) -> dict[str, fl
 
 
 def _warn_of_left_out(fit: LawFit) -> None:
-    """Warn of collisions for which logarithms have no place; others are counted in left_out."""
+    """Warn of collisions with S = 0, which have no logarithm."""
     count = fit.left_out.get(NO_SYMMETRY, 0)
     if count:
         rows = counted(count, "collision") + (" is" if count == 1 else " are")

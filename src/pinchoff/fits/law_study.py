@@ -113,7 +113,7 @@ def study_law(
         try:
             found = fit.bootstrap(samples=samples, fraction=fraction, seed=seed, progress=progress)
             intervals[BOOTSTRAP], spread = found.estimates, found.spread
-        except InputError as error:  # too few collisions for parts of them
+        except InputError as error:  # too few collisions to draw parts from
             missing[BOOTSTRAP] = str(error)
     try:
         comparison = compare_laws(collisions)

@@ -27,7 +27,7 @@ Equation: TypeAlias = tuple[Floats, float]
 
 _MOST_ITERATIONS = 200
 _USUAL_ITERATIONS = 25  # Newton's method takes about ten where a maximum exists
-_TOLERANCE = 1e-13  # of the squared Newton decrement: about 3e-7 standard errors
+_TOLERANCE = 1e-13  # squared Newton decrement at the maximum: about 3e-7 standard errors
 _ROUND_OFF = 1e-13  # of the log-likelihood, which is a long sum
 _HALVINGS = 30
 _LONGEST_STEP = 1e6
@@ -188,7 +188,7 @@ def maximum(
             if trial.value >= slope.value - _ROUND_OFF * abs(slope.value):
                 break
             step = step / 2
-        else:  # nothing ascends any more: round-off
+        else:  # no step raises the likelihood any more: only round-off is left
             return _end(constraint, free, slope, iteration, converged=True)
         free, slope = free + step, trial
     return _end(constraint, free, slope, _MOST_ITERATIONS, converged=False)

@@ -101,7 +101,7 @@ def _column(table: pd.DataFrame, name: str) -> Floats:
 def _used(
     table: pd.DataFrame, values: dict[str, Floats], broke: Floats
 ) -> tuple[NDArray[np.bool_], dict[str, int]]:
-    """Return which rows can be used, and of the others how many for which reason."""
+    """Return which rows can be used, and a count of the others by reason."""
     used = np.ones(len(table), dtype=bool)
     left_out: dict[str, int] = {}
 

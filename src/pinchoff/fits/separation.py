@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from pinchoff.fits.likelihood import Floats
 
 _BATCH = 500  # collisions that are added to the programme at a time
-_BOUND = 100.0  # of exponents in Bk: beyond, one quantity alone separates the outcomes
-_TOLERANCE = 1e-7  # of the programme, in ln Bk
+_BOUND = 100.0  # largest exponent in Bk: beyond, one quantity alone separates the outcomes
+_TOLERANCE = 1e-7  # of the linear programme, in ln Bk
 _FORCING = 1  # the feature whose coefficient in ln Bk is 1
 
 

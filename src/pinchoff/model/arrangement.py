@@ -85,8 +85,19 @@ def droplet_circles(
         _require_size("droplets", starts, LEAST_DIAMETER, largest)
     if not len(starts):
         raise InputError.of("droplets", "at least one", "none", "give [x, y, diameter]")
-    _require_clear(starts, obstacles, max(CLEARANCE, math.pi / parameters.vertex_count))
+    _require_clear(starts, obstacles, start_clearance(parameters))
     return starts
+
+
+def start_clearance(parameters: Parameters) -> float:
+    """Return the least gap that a droplet needs at the start, D0.
+
+    Examples
+    --------
+    >>> start_clearance(Parameters(vertex_count=64))
+    0.05
+    """
+    return max(CLEARANCE, math.pi / parameters.vertex_count)
 
 
 def _circles(name: str, values: ArrayLike, row: str) -> Floats:
@@ -107,7 +118,7 @@ def _circles(name: str, values: ArrayLike, row: str) -> Floats:
 
 
 def _require_size(name: str, circles: Floats, least: float, most: float) -> None:
-    """Refuse a circle whose last number is out of its range."""
+    """Refuse a circle with an impossible radius."""
     size = "radius" if name == "obstacles" else "diameter"
     rule = f"of {size} at least {least:g} D0"
     if math.isfinite(most):

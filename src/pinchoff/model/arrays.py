@@ -336,7 +336,7 @@ def _pushed_apart(centres: Floats, size: Floats, apart: float) -> bool:
         np.add.at(centres, pairs[:, 0], -push)
         np.add.at(centres, pairs[:, 1], push)
         centres %= size
-        centres[centres >= size] = 0.0  # what round-off brings to the far edge
+        centres[centres >= size] = 0.0  # round-off at the far edge
     return False
 
 

@@ -77,13 +77,13 @@ def _model_row(parameters: Parameters, number: int) -> NDArray[np.float64]:
 
 
 def varied_columns(names: Iterable[str]) -> dict[str, Column]:
-    """Return the columns of those parameters that a table does not show anyway, by parameter.
+    """Return columns for the varied parameters that a table would not show otherwise.
 
     Parameters
     ----------
     names : iterable of str
         Parameters that vary; names of physical quantities are left out.
     """
-    shown = {column.name for column in COLUMNS}
+    in_every_table = {column.name for column in COLUMNS}
     columns = {name: PARAMETERS[name].as_column() for name in names if name in PARAMETERS}
-    return {name: column for name, column in columns.items() if column.name not in shown}
+    return {name: column for name, column in columns.items() if column.name not in in_every_table}

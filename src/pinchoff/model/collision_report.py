@@ -14,7 +14,7 @@ _PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
 
 
 def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
-    """Return what goes into collision.json.
+    """Return the content of collision.json.
 
     Parameters
     ----------

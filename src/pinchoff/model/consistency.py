@@ -10,7 +10,7 @@ from pinchoff.support.errors import InputError
 
 
 def require_consistent(parameters: Any) -> None:
-    """Refuse parameters each of which is in its range, but which make no sense together.
+    """Refuse parameters that are valid one by one but make no sense together.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def _require_separation(p: Any) -> None:
 
 
 def _require_thickness(p: Any) -> None:
-    """Refuse a threshold at which the undeformed droplet breaks, a circle of diameter 1."""
+    """Refuse a threshold at which an undeformed droplet would break."""
     half_angle = p.neck_separation * (math.pi if p.neck_separation_unit == "perimeter" else 1.0)
     chord = math.sin(half_angle)
     if p.neck_threshold >= chord:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -23,11 +24,12 @@ from pinchoff.model.arrangement import droplet_circles, obstacle_circles
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder, Piece
 from pinchoff.model.flow import Flow, uniform
+from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import FRONT, PARAMETERS, SAMPLE_INTERVAL, SPRINGS, Parameters
-from pinchoff.model.results import guard_message
 from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.locks import held_folder
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -64,18 +66,23 @@ EVENT_COLUMNS: tuple[Column, ...] = (
     measure_column("shape_parameter", "1", "contact: P^2/(4 pi A)"),
     measure_column("daughter_1", "1", "breakup: droplet_id of one daughter"),
     measure_column("daughter_2", "1", "breakup: droplet_id of the other"),
-    measure_column("area_1", "D0^2", "breakup: of daughter_1"),
-    measure_column("area_2", "D0^2", "breakup: of daughter_2"),
+    measure_column("area_1", "D0^2", "breakup: of daughter_1; of two that touch: of droplet_id"),
+    measure_column("area_2", "D0^2", "breakup: of daughter_2; of two that touch: of partner"),
     measure_column("neck_thickness", "D0", "breakup: of the neck that was cut"),
+    measure_column("partner", "1", "touched, parted, merge, unmerged: droplet_id of the other one"),
+    measure_column("into", "1", "merge: droplet_id of what came of the two"),
+    measure_column("facing_length", "D0", "parted, merge: L, the most of this contact"),
+    measure_column("clock", "1", "parted, merge: C at the end, where 1 is a drained film"),
+    measure_column("since", "t0", "parted, merge: when the contact began"),
     measure_column("waited", "t0", "entered: how long there was no room for it"),
-    Column("reason", "", "str", "respaced, retired: what a guard found wrong with it"),
+    Column("reason", "", "str", "respaced, retired, unmerged: what a guard found wrong with it"),
 )
 """The events of an emulsion; what has no meaning for a kind is NaN."""
 
 SIZE_COLUMNS: tuple[Column, ...] = (
     measure_column("time", "t0", "of the frame"),
     count_column("droplet_id", "number of the droplet"),
-    count_column("generation", "break-ups in its ancestry"),
+    count_column("generation", "break-ups in its ancestry since the last merge"),
     measure_column("diameter", "D0", "of the circle of equal area"),
     measure_column("x", "D0", "mean of its vertices"),
     measure_column("y", "D0", "as x"),
@@ -107,6 +114,33 @@ class Inlet:
     diameters: float | Sequence[float] = 1.0
 
 
+@dataclass(frozen=True)
+class Coalescence:
+    """How droplets that touch merge: the film between them drains, and ruptures.
+
+    Two droplets are in contact while their outlines are within one vertex spacing of each other;
+    L is the length that they face each other with. With the harmonic mean D_h of their diameters
+    the film takes t_d/t0 = K Ca_sim (L/D_h)² D_h/D0 to drain (Reynolds). The clock C = ∫ dt/t_d
+    runs while they touch; at C = 1 they merge.
+
+    Attributes
+    ----------
+    drainage : float
+        K. It is fitted, not predicted: see `pinchoff.calibrate_drainage`. 0: droplets merge when
+        they touch; infinity: never by draining.
+    separation : float, optional
+        s, from 0 to 1: droplets that part merge at C >= 1 - s. They do so in experiments, where
+        faces that are pulled apart draw out nipples that meet (Bremond, Thiam and Bibette 2008).
+    stochastic : bool, optional
+        Whether 1/t_d is a rate: the C at which a pair merges is then a random number with an
+        exponential distribution and mean 1, drawn from the seed, the pair and the contact.
+    """
+
+    drainage: float
+    separation: float = 0.0
+    stochastic: bool = False
+
+
 def simulate_emulsion(
     parameters: Parameters,
     *,
@@ -118,6 +152,7 @@ def simulate_emulsion(
     periodic: str = "",
     inlet: Inlet | None = None,
     outlet: float | None = None,
+    coalescence: Coalescence | None = None,
     smallest_breaking: float = 0.0,
     interval: float = 0.5,
     on_frame: Callable[[float, Frame], object] | None = None,
@@ -155,6 +190,8 @@ def simulate_emulsion(
         Where droplets come in. One that finds no room waits.
     outlet : float, optional
         Droplets wholly beyond this x leave the run, D0.
+    coalescence : Coalescence, optional
+        How droplets merge; by default they do not, and their contacts are not recorded.
     smallest_breaking : float, optional
         Droplets of a smaller diameter do not break, D0.
     interval : float, optional
@@ -173,7 +210,7 @@ def simulate_emulsion(
         Whether to go on from the folder's checkpoint, if it has one. The result is the same to
         the last bit as that of a run that was not interrupted.
     seed : int, optional
-        Of the places and diameters at the inlet.
+        Of the places and diameters at the inlet, and of stochastic merging.
     threads : int, optional
         By default as many as there are cores for this process.
     progress : bool, optional
@@ -204,7 +241,9 @@ def simulate_emulsion(
     (2, 6)
     """
     parameters = emulsion_parameters(parameters)
-    scene = _scene(parameters, droplets, obstacles, flow, cell, periodic, inlet, outlet)
+    scene = _scene(
+        parameters, droplets, obstacles, flow, cell, periodic, inlet, outlet, coalescence
+    )
     settings = {
         "smallest_breaking": checked_number(
             "smallest_breaking", smallest_breaking, "give a diameter in D0", low=0.0
@@ -222,7 +261,13 @@ def simulate_emulsion(
     record = scene.record() | settings | {"interval": per_frame * WINDOW}
     folder = None if out is None else EmulsionFolder(Path(out), record, scene.circles, outlines)
     result = Emulsion(parameters=parameters, _folder=folder)
-    with progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show:
+    with (
+        ExitStack() as held,
+        progress_bar(progress, "emulsion", windows * WINDOW, unit="t0") as show,
+    ):
+        if folder is not None:
+            held.enter_context(held_folder(folder.path))
+            held.enter_context(folder)
         _run(run, windows, per_frame, frames_per_piece, result, on_frame, resume, show)
     return result
 
@@ -275,8 +320,14 @@ def _run(
         state = folder.begin(resume)
     done = 0
     if state is not None:
-        run.restore(state)
+        try:
+            run.restore(state)
+        except ValueError as error:
+            advice = "remove the folder and run again"
+            got = str(error)
+            raise InputError.of(str(result.checkpoint), "a checkpoint", got, advice) from None
         done = round(run.time / WINDOW)
+        result._take_count(run)
     else:
         result._note(run, on_frame)
     frames = 0
@@ -313,8 +364,10 @@ class Emulsion:
     time : float
         Where it ended, t0.
     balance : dict
-        What happened, in numbers. ``start`` + ``entered`` + ``breakups`` - ``left`` - ``retired``
-        droplets are ``present``; ``waits`` is how many had to wait at the inlet; areas in D0^2.
+        What happened, in numbers. ``start`` + ``entered`` + ``breakups`` - ``merges`` - ``left`` -
+        ``retired`` droplets are ``present``; ``touches`` contacts of two droplets began, and
+        ``unmerged`` merges were refused; ``waits`` is how many had to wait at the inlet; areas in
+        D0^2.
     """
 
     parameters: Parameters
@@ -331,7 +384,8 @@ class Emulsion:
         gone = f", {counts['retired']} retired" if counts.get("retired") else ""
         return (
             f"<Emulsion at t = {self.time:.4g} t0: {counts.get('present', 0)} droplets, "
-            f"{counts.get('breakups', 0)} break-ups, {counts.get('entered', 0)} entered, "
+            f"{counts.get('breakups', 0)} break-ups, {counts.get('merges', 0)} merges, "
+            f"{counts.get('entered', 0)} entered, "
             f"{counts.get('left', 0)} left{gone}>"
         )
 
@@ -376,8 +430,7 @@ class Emulsion:
         """Take the events up to here, and this frame."""
         events = self._take_events(run)
         sizes = _size_table(run)
-        self.time = run.time
-        self.balance = _balance(run)
+        self._take_count(run)
         if self._folder is None:
             self._events += [events] if len(events) else []
             self._sizes.append(sizes)
@@ -388,6 +441,10 @@ class Emulsion:
                 self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if on_frame is not None:
             on_frame(run.time, droplets_of(run.frame()))
+
+    def _take_count(self, run: _core.Emulsion) -> None:
+        self.time = run.time
+        self.balance = _balance(run)
 
     def _take_events(self, run: _core.Emulsion) -> pd.DataFrame:
         import pandas as pd
@@ -409,7 +466,7 @@ class Emulsion:
         return pd.DataFrame({c.name: own.get(c.name, events.get(c.name)) for c in EVENT_COLUMNS})
 
     def _write_piece(self, run: _core.Emulsion) -> None:
-        if self._folder is not None:
+        if self._folder is not None and self._piece.sizes:
             tables = {"events": EVENT_COLUMNS, "sizes": SIZE_COLUMNS}
             self._folder.write_piece(self._piece, tables, np.asarray(run.state()))
             self._piece = Piece()
@@ -419,9 +476,8 @@ def _balance(run: _core.Emulsion) -> dict[str, float]:
     values = dict(zip(_BALANCE, np.asarray(run.balance()).tolist(), strict=True))
     areas = {name: value for name, value in values.items() if name.startswith("area")}
     counts = {name: int(value) for name, value in values.items() if name not in areas}
-    present = (counts["start"] + counts["entered"] + counts["breakups"] - counts["left"]) - counts[
-        "retired"
-    ]
+    present = sum(counts[name] for name in ("start", "entered", "breakups"))
+    present -= sum(counts[name] for name in ("merges", "left", "retired"))
     return counts | areas | {"present": present}
 
 
@@ -470,6 +526,7 @@ class _Scene:
     inlet: Floats
     diameters: Floats
     outlet: float
+    coalescence: Floats
 
     def start(self, settings: dict[str, Any], threads: int) -> _core.Emulsion:
         return _core.Emulsion(
@@ -485,6 +542,7 @@ class _Scene:
             self.inlet,
             self.diameters,
             self.outlet,
+            self.coalescence,
             settings["seed"],
             threads,
         )
@@ -504,6 +562,7 @@ class _Scene:
             "periodic": self.periodic,
             "inlet": self.inlet.tolist(),
             "outlet": self.outlet if math.isfinite(self.outlet) else None,
+            "coalescence": [repr(number) for number in self.coalescence.tolist()],
             "obstacles": digest(self.circles),
             "droplets": digest(self.starts),
             "diameters": digest(self.diameters),
@@ -527,6 +586,7 @@ def _scene(
     periodic: str,
     inlet: Inlet | None,
     outlet: float | None,
+    coalescence: Coalescence | None,
 ) -> _Scene:
     if isinstance(obstacles, PillarArray):
         if cell is None:
@@ -550,7 +610,30 @@ def _scene(
     line, diameters = _checked_inlet(parameters, inlet)
     beyond = math.inf if outlet is None else checked_number("outlet", outlet, "give an x in D0")
     row = parameters.replace(follow_daughters=True).model_row()
-    return _Scene(parameters, row, flow, circles, starts, bounds, periodic, line, diameters, beyond)
+    merging = _checked_coalescence(parameters, coalescence)
+    return _Scene(
+        parameters, row, flow, circles, starts, bounds, periodic, line, diameters, beyond, merging
+    )
+
+
+def _checked_coalescence(parameters: Parameters, coalescence: Coalescence | None) -> Floats:
+    """Return K Ca_sim, s and whether 1/t_d is a rate; nothing where droplets do not merge."""
+    if coalescence is None:
+        return np.zeros(0)
+    if not isinstance(coalescence, Coalescence):
+        advice = "build it with pinchoff.Coalescence(...)"
+        raise InputError.of("coalescence", "a Coalescence", coalescence, advice)
+    drainage = coalescence.drainage
+    if drainage != math.inf:
+        drainage = checked_number("coalescence.drainage", drainage, "use 1, or inf", low=0.0)
+    separation = checked_number(
+        "coalescence.separation", coalescence.separation, "use 0", low=0.0, high=1.0
+    )
+    if not isinstance(coalescence.stochastic, bool):
+        got = coalescence.stochastic
+        raise InputError.of("coalescence.stochastic", "True or False", got, "use False")
+    film_time = drainage * parameters.simulation_capillary_number
+    return np.array([film_time, separation, float(coalescence.stochastic)])
 
 
 def _checked_cell(cell: Sequence[float] | None, periodic: str) -> Floats:
@@ -582,7 +665,7 @@ def _require_clear_images(starts: Floats, circles: Floats, cell: Floats, periodi
     if not periodic or not len(starts):
         return
     discs = np.concatenate((circles, starts * [1.0, 1.0, 0.5]))
-    # What does not repeat itself gets a period that nothing reaches round.
+    # An axis that is not periodic gets a period longer than any distance.
     far = 4.0 * (np.ptp(discs[:, :2], axis=0).max() + discs[:, 2].max() + 1.0)
     size = np.array([cell[1] - cell[0], cell[3] - cell[2]])
     size = np.where([axis in periodic for axis in "xy"], size, far)

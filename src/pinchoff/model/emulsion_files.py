@@ -9,18 +9,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import NonNegativeInt
 
 from pinchoff.collisions.parquet import write_table
 from pinchoff.collisions.schema import Column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.records import Shape, parsed_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,8 +34,14 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 CHECKPOINT_NAME = "checkpoint.npz"
-FORMAT = 1
+FORMAT = 2
 """Of the state in a checkpoint; it changes when the state does."""
+
+
+class _Header(Shape):
+    format: int
+    piece: NonNegativeInt
+    record: dict[str, Any]
 
 
 @dataclass
@@ -65,6 +75,19 @@ class EmulsionFolder:
         self._circles = circles
         self._piece = 0
         self._writer: OutlineWriter | None = None
+        self._files = ExitStack()  # what is being written
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Drop the outlines since the last checkpoint, where the run was stopped."""
+        self._files.__exit__(kind, error, trace)
 
     def begin(self, resume: bool) -> Floats | None:
         """Make the folder ready; return the state to go on from, or None.
@@ -86,25 +109,25 @@ class EmulsionFolder:
             rule, reason = "a folder that can be made", error.strerror or str(error)
             raise InputError.of("out", rule, f"{self.path} ({reason})", "choose another") from None
         for name in ("events", "sizes", "outlines"):
-            for path in self._pieces(name):  # of a run that was killed after its last checkpoint
+            for path in self._pieces(
+                name
+            ):  # left by a run that was killed after its last checkpoint
                 if int(path.stem.rsplit("-", 1)[1]) >= self._piece:
                     path.unlink()
-        self._unfinished().unlink(missing_ok=True)
         return state
 
     def _read_checkpoint(self) -> Floats:
-        from zipfile import BadZipFile
-
-        place = str(self.checkpoint)
+        place, rule = str(self.checkpoint), "a checkpoint"
+        advice = "remove the folder and run again"
         try:
             with np.load(self.checkpoint, allow_pickle=False) as data:
-                header = json.loads(str(data["header"]))
-                state = np.array(data["state"], dtype=np.float64)
-            format_found, record = header["format"], header["record"]
-            self._piece = int(header["piece"])
-        except (OSError, EOFError, KeyError, ValueError, TypeError, BadZipFile) as error:
-            advice = "remove the folder and run again"
-            raise InputError.of(place, "a checkpoint", str(error), advice) from None
+                text = str(data["header"])
+                state = np.array(data["state"], dtype=np.float64).reshape(-1)
+        except Exception as error:  # what damage makes the library raise is of every kind
+            raise InputError.of(place, rule, str(error), advice) from None
+        header = parsed_record(text, place, _Header, rule, advice)
+        format_found, record = header["format"], header["record"]
+        self._piece = header["piece"]
         if format_found != FORMAT:
             advice = "go on with the version of pinchoff that wrote it, or run again"
             raise InputError.of(place, f"of format {FORMAT}", format_found, advice)
@@ -119,9 +142,11 @@ class EmulsionFolder:
     def append_frame(self, time: float, *flat: NDArray[Any]) -> None:
         """Add one frame to the outlines of this piece; see `OutlineWriter.append_flat`."""
         if self._writer is None:
+            unfinished = self._files.enter_context(written_aside(self._named("outlines")))
             self._writer = OutlineWriter(
-                self._unfinished(), self._circles, self._record["parameters"], flush=False
+                unfinished, self._circles, self._record["parameters"], flush=False
             )
+            self._files.callback(self._writer.close)
         self._writer.append_flat(time, *flat)
 
     def write_piece(
@@ -134,10 +159,8 @@ class EmulsionFolder:
             parts = [part for part in getattr(piece, name) if len(part)]
             if parts:
                 write_table(pd.concat(parts, ignore_index=True), self._named(name), columns)
-        if self._writer is not None:
-            self._writer.close()
-            self._writer = None
-            self._unfinished().replace(self._named("outlines"))
+        self._files.close()
+        self._writer = None
         self._piece += 1
         header = {"format": FORMAT, "piece": self._piece, "record": self._record}
         with written_aside(self.checkpoint) as unfinished, unfinished.open("wb") as file:
@@ -171,9 +194,6 @@ class EmulsionFolder:
     def _named(self, name: str) -> Path:
         suffix = ".gsd" if name == "outlines" else ".parquet"
         return self.path / f"{name}-{self._piece:06d}{suffix}"
-
-    def _unfinished(self) -> Path:
-        return self.path / ".outlines.gsd"
 
     def _pieces(self, name: str) -> list[Path]:
         return sorted(self.path.glob(f"{name}-??????.*"))

@@ -73,7 +73,7 @@ def term_forces(parameters: Parameters, outline: ArrayLike) -> dict[str, NDArray
     >>> circle = np.column_stack([np.cos(t) - 4, np.sin(t)]) / 2
     >>> forces = term_forces(Parameters(), circle)
     >>> [(name, bool(force.any())) for name, force in forces.items()]
-    [('area', True), ('edges', True), ('line_tension', True), ('wall', False)]
+    [('area', True), ('edges', True), ('line_tension', True), ('wall', False), ('adhesion', False)]
     """
     forces: dict[str, NDArray[np.float64]] = _core.term_forces(
         parameters.model_row(), *_scene(parameters, outline)

@@ -153,14 +153,14 @@ def parameter(
     in_core : bool, optional
         Whether the core takes it: False for what only says how results are read.
     """
-    shown = str(default).lower() if isinstance(default, bool) else str(default)
+    default_text = str(default).lower() if isinstance(default, bool) else str(default)
     limits = (-math.inf if low is None else low, math.inf if high is None else high)
     entry = Entry(
         rule=rule or number_rule(*limits),
         meaning=meaning,
         symbol=symbol,
         unit=unit,
-        default=follows or shown,
+        default=follows or default_text,
         follows=bool(follows),
         model=model,
         low=low,
@@ -205,7 +205,7 @@ def _kind(annotation: object, entry: Entry) -> str:
 
 
 def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | None:
-    """Return a docstring in which the entries stand in place of ``**values``."""
+    """Return a docstring with the entries written out in place of ``**values``."""
     if docstring is None:  # python -OO
         return None
     lines = docstring.splitlines()

@@ -16,7 +16,7 @@ _LISTED = (list, tuple, range, np.ndarray)
 
 
 def each_given(parameters: object) -> Iterable[Any]:
-    """Return what stands for the runs, one after the other: Parameters or mappings.
+    """Yield the description of each run: Parameters or a mapping.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def each_given(parameters: object) -> Iterable[Any]:
     if hasattr(parameters, "to_dict") and hasattr(parameters, "columns"):  # a DataFrame
         rows: list[dict[str, Any]] = parameters.to_dict("records")
         return [{str(key): _present(value) for key, value in row.items()} for row in rows]
-    # A model is iterable itself, over its fields: one alone must not pass for a collection.
+    # A model iterates over its fields, so a single one would pass for a collection.
     if isinstance(parameters, Parameters | str) or not isinstance(parameters, Iterable):
         rule = "an iterable of Parameters or dicts, a DataFrame, or a dict of lists"
         raise InputError.of("parameters", rule, parameters, "put them into a list")
@@ -87,7 +87,7 @@ def _plain(value: Any) -> Any:
 
 
 def _present(value: Any) -> Any:
-    """Turn NaN, by which a table says that nothing is given, into None."""
+    """Turn NaN, which a table uses for "not given", into None."""
     return None if isinstance(value, float) and value != value else value
 
 

@@ -76,10 +76,16 @@ class OutlineWriter:
         self._constant = {
             "obstacles": self._obstacles,
             "parameters": _as_bytes(json.dumps(dict(parameters))),
-            "units": _as_bytes(units),
         }
+        self._units = units
         self._box_side = 0.0
-        self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
+        try:
+            self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
+        except OSError:
+            empty = Path(path)
+            if empty.is_file() and empty.stat().st_size == 0:
+                empty.unlink()  # the library had made it, but could not write to it
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -153,6 +159,7 @@ class OutlineWriter:
         frame.bonds.group = len(self._obstacles) + _ring_bonds(sizes)
         frame.log = {
             "time": np.array([time], dtype=np.float64),
+            "units": self._units,  # in every frame: the library takes no text from the first
             "particles/generation": self._with_obstacles(np.repeat(generations, sizes)).astype(
                 np.int32
             ),
@@ -216,8 +223,9 @@ def _as_bytes(text: str) -> npt.NDArray[np.uint8]:
     return np.frombuffer(text.encode(), dtype=np.uint8)
 
 
-def _as_text(data: npt.NDArray[np.uint8]) -> str:
-    return data.tobytes().decode()
+def _as_text(data: str | npt.NDArray[np.uint8]) -> str:
+    """Return a text, which may stand in the file as its bytes."""
+    return data if isinstance(data, str) else data.tobytes().decode()
 
 
 class GsdContents(NamedTuple):
@@ -269,7 +277,7 @@ _KIND_SIZES = np.array([0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1])  # bytes of a numbe
 
 
 def _require_whole(path: Path) -> None:
-    """Refuse a file whose index leads out of it: the library would read there, and crash.
+    """Refuse a file whose index points outside of it; the library would crash.
 
     Raises
     ------
@@ -295,7 +303,7 @@ def _require_whole(path: Path) -> None:
 
 
 def _used(table: npt.NDArray[Any]) -> int:
-    """Return how many entries of an index are in use: those before the first without a place."""
+    """Return how many entries of an index are in use, up to the first empty one."""
     free = np.flatnonzero(table["location"] == 0)
     return int(free[0]) if len(free) else len(table)
 
@@ -303,7 +311,7 @@ def _used(table: npt.NDArray[Any]) -> int:
 def _require_entries(table: npt.NDArray[Any], size: int, names: int) -> None:
     kinds = table["kind"].astype(np.intp)
     known = (kinds > 0) & (kinds < len(_KIND_SIZES)) & (table["name"] < names)
-    # In floating point: what damage has made of a count may overflow a product of integers.
+    # In floating point, because a damaged count may overflow a product of integers.
     numbers = table["rows"].astype(float) * table["columns"]
     ends = table["location"] + numbers * _KIND_SIZES[np.where(known, kinds, 0)]
     inside = (table["location"] >= _HEADER.size) & (ends <= size)

@@ -28,7 +28,7 @@ from pinchoff.model.gsd import (
     stacked,
 )
 from pinchoff.support.drawing import Drawable, artist
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.numerals import counted
 from pinchoff.support.paper_constants import NECK_SEPARATION
@@ -260,6 +260,14 @@ class Outlines(Drawable):
             Its length [D0]; infinite where no pair of vertices is admissible.
         i, j : int
             The vertices that it joins.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> outlines = po.simulate(po.Parameters(), outlines=0.1).outlines
+        >>> length, i, j = outlines.neck(outlines[30][0])
+        >>> round(length, 2)
+        0.18
         """
         from pinchoff import _core
 
@@ -277,6 +285,13 @@ class Outlines(Drawable):
             One row per outline: frame, time [t0], droplet_id, generation, area [D0²], perimeter
             [D0], x, y (centroid) [D0], shape_parameter, neck_thickness [D0] (NaN where no chord
             is admissible). The units are in ``attrs["units"]``.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> measured = po.simulate(po.Parameters(), outlines=0.1).outlines.measure()
+        >>> "area" in measured and "perimeter" in measured
+        True
         """
         import pandas as pd
 
@@ -335,6 +350,14 @@ class Outlines(Drawable):
         ------
         InputError
             If the suffix is none of these, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> outlines = po.simulate(po.Parameters(), outlines=0.5).outlines
+        >>> outlines.save("outlines.npz")
+        >>> len(po.Outlines.load("outlines.npz")) == len(outlines)
+        True
         """
         target = Path(path)
         writers = {".gsd": self._save_gsd, ".npz": self._save_npz, ".csv": self._save_csv}
@@ -346,12 +369,7 @@ class Outlines(Drawable):
             with written_aside(target) as unfinished:
                 writers[target.suffix](unfinished)
         except OSError as error:
-            raise InputError.of(
-                "path",
-                "a file that can be written",
-                f"{target} ({error.strerror or error})",
-                "choose an existing folder",
-            ) from error
+            raise refused_by_system(error, "path") from error
 
     def _save_gsd(self, path: Path) -> None:
         with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:

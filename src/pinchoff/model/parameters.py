@@ -198,6 +198,17 @@ class Parameters(Checked):
         follows=f"{WALL_STIFFNESS_PER_LINE_TENSION:g} γ̃",
         model=SPRINGS,
     )
+    contact_angle: Number = parameter(
+        180.0,
+        "the angle at which a droplet meets a pillar, measured in the droplet",
+        symbol="θ",
+        unit="°",
+        low=30,
+        high=180,
+        note="180: the pillars are not wet. Springs make the angle larger.",
+        core_name="adhesion",
+        core=lambda p: (p.line_tension or 1.0) * (1.0 + math.cos(math.radians(p.contact_angle))),
+    )
     start_distance: Number = parameter(
         5.0,
         "how far upstream of the obstacle's centre the droplet starts",
@@ -449,6 +460,14 @@ class Parameters(Checked):
         InputError
             The file cannot be read or is not TOML; or as `from_physical` and the constructor,
             naming the key.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> from pathlib import Path
+        >>> _ = Path("run.toml").write_text("size_ratio = 4")
+        >>> po.Parameters.from_toml("run.toml").size_ratio
+        4.0
         """
         return cls.from_config(read_toml(Path(path)))
 

@@ -1,13 +1,12 @@
-"""What comes out of runs: one `Collision`, or the columns of many; and why a run was stopped."""
+"""What comes out of runs: one `Collision`, or the columns of many."""
 
 from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from pinchoff import _core
 from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
+from pinchoff.model.guards import guard_message
 from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.numerals import counted
@@ -28,92 +28,9 @@ if TYPE_CHECKING:
 _FAILED = OUTCOMES.index("failed")
 
 
-class _Guard(NamedTuple):
-    """Message of a guard; `got` formats the measured value."""
-
-    rule: str
-    got: str
-    advice: str
-    without_springs: str = ""  # the advice with front tracking, where it is another
-
-
-_GUARDS = {
-    "penetration": _Guard(
-        "the obstacle's depth in the droplet must be at most {:g} of its radius",
-        "{:.3g} radii",
-        "raise edge_stiffness or vertex_count: the obstacle passes between two vertices",
-        "raise vertex_count: the obstacle passes between two vertices",
-    ),
-    "overlap": _Guard(
-        "one droplet's depth in another must be at most {:g} vertex spacing",
-        "{:.3g} D0",
-        "raise line_tension or vertex_count: droplets are pressed through each other",
-        "raise vertex_count: droplets are pressed through each other",
-    ),
-    "self_intersection": _Guard(
-        "the outline must be free of crossings",
-        "crossing edges in droplet {:.0f}",
-        "raise vertex_count or edge_stiffness",
-        "raise vertex_count: a part of the droplet is thinner than the vertices resolve",
-    ),
-    "area": _Guard(
-        "the droplet's area must be within {percent:g} % of its equilibrium",
-        "{:+.2%}",
-        "raise area_stiffness, or lower time_step",
-        "raise vertex_count, or lower time_step",
-    ),
-    "blow_up": _Guard(
-        "every coordinate must be finite and within {:g} D0",
-        "{:.3g} D0",
-        "lower time_step",
-    ),
-    "flow_domain": _Guard(
-        "the droplet must be inside the sampled flow",
-        "{:.3g} D0 outside",
-        "sample the flow over the droplet's whole way, from its start to behind the obstacle",
-    ),
-    "generations": _Guard(
-        "a droplet must break at most {:.0f} times in one line of descent",
-        "{:.0f}",
-        "lower neck_thickness or raise neck_separation: everything breaks, again and again",
-    ),
-    "daughter_size": _Guard(
-        "a daughter's diameter must be at least {:g} D0",
-        "{:.3g} D0",
-        "lower neck_thickness, raise neck_separation, or set follow_daughters=False",
-    ),
-    "time_step": _Guard(
-        "small daughters must divide the time step into at most {:.0f} parts",
-        "{:.0f}",
-        "lower area_stiffness or edge_stiffness, or set follow_daughters=False",
-        "lower vertex_count, or set follow_daughters=False",
-    ),
-}
-
-
-def guard_message(guard: str, value: float, time: float, *, springs: bool = True) -> str:
-    """Say which guard stopped a run, what it measured and when, and what to do."""
-    rule, got, with_springs, without = _GUARDS[guard]
-    advice = with_springs if springs else without or with_springs
-    limit = _core.GUARD_LIMITS[guard]
-    rule = rule.format(limit, percent=100 * limit)
-    return f"{rule}; got {got.format(value)} at t = {time:.4g} t0; {advice}"
-
-
 def _has_springs(parameters: Parameters) -> bool:
     """Tell the paper's model from its limit without springs."""
     return parameters.line_tension is not None
-
-
-def warn_of_failures(failed: int, total: int, stacklevel: int = 3) -> None:
-    """Warn that guards stopped some runs of the caller's, if they did."""
-    if failed:
-        warnings.warn(
-            f"guards stopped {failed} of {total} runs: their rows have accepted False and a "
-            "reject_reason",
-            RuntimeWarning,
-            stacklevel=stacklevel,
-        )
 
 
 def run_columns(
@@ -203,7 +120,7 @@ def _parameter_columns(parameters: Sequence[Parameters]) -> dict[str, NDArray[np
 def _speed_columns(
     parameters: Sequence[Parameters], columns: dict[str, NDArray[Any]]
 ) -> dict[str, NDArray[Any]]:
-    """Return which speed Ca is made with, and Ca: without contact it has no speed there."""
+    """Return the speed that Ca uses, and Ca; NaN without a contact, if it uses the speed there."""
     own = np.array([p.ca_speed == "contact" for p in parameters], dtype=bool)
     capillary = columns["capillary_number"]
     return {
@@ -368,7 +285,14 @@ class Collision(Drawable):
     _row: dict[str, Any] = field()
 
     def to_row(self) -> dict[str, Any]:
-        """Return the collision as a row of the table that `simulate_many` returns."""
+        """Return the collision as a row of the table that `simulate_many` returns.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> po.simulate(po.Parameters()).to_row()["outcome"]
+        'broke'
+        """
         return dict(self._row)
 
     def to_dict(self) -> dict[str, Any]:
@@ -445,11 +369,27 @@ class Collision(Drawable):
         ------
         InputError
             No outlines were recorded.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> panels = po.simulate(po.Parameters(), outlines=0.1).plot()
+        >>> len(panels)
+        6
         """
         return self._drawn(axes, times=times)
 
     def animate(self, path: str | os.PathLike[str] | None = None, *, fps: int = 30) -> Any:
-        """Film the collision, as `Outlines.animate`."""
+        """Film the collision, as `Outlines.animate`.
+
+        Examples
+        --------
+        >>> import pinchoff as po
+        >>> collision = po.simulate(po.Parameters(), outlines=0.5)
+        >>> collision.animate("collision.gif")
+        >>> collision.animate()
+        <Player of 8 frames: a notebook shows it>
+        """
         return artist().animate(self.recorded(), path, fps)
 
     @staticmethod
@@ -465,6 +405,13 @@ class Collision(Drawable):
         ------
         InputError
             There is no such file, or it holds no collision.
+
+        Examples
+        --------
+        After ``pinchoff run`` has written the folder ``collision``:
+
+        >>> import pinchoff as po
+        >>> po.Collision.load("collision")  # doctest: +SKIP
         """
         from pinchoff.model.run_files import read_run
 

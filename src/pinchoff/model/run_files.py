@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from pathlib import Path
@@ -12,12 +11,24 @@ from pinchoff.collisions.schema import COLUMNS
 from pinchoff.model.outlines import Outlines
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.errors import InputError
+from pinchoff.support.records import Shape, read_record
 
 REPORT = "collision.json"
 OUTLINES = "outlines.gsd"
 """Names of the files."""
 
 _EVENTS = ("contacts", "breakups")
+
+
+class _Results(Shape):
+    contacts: list[dict[str, Any]]
+    breakups: list[dict[str, Any]]
+
+
+class _Report(Shape):
+    parameters: dict[str, Any]
+    row: dict[str, str | float | bool | None]
+    results: _Results
 
 
 class StoredRun(NamedTuple):
@@ -44,15 +55,14 @@ def read_run(path: str | os.PathLike[str]) -> StoredRun:
         There is no such file, or it holds no collision.
     """
     source = Path(path) / REPORT if Path(path).is_dir() else Path(path)
+    rule, advice = "a report of one collision", "give the collision.json of `pinchoff run`"
+    report = read_record(source, _Report, rule, advice)
     try:
-        report = json.loads(source.read_text(encoding="utf-8"))
         parameters = Parameters(**report["parameters"])
         row = {column.name: _measured(report["row"][column.name]) for column in COLUMNS}
-        contacts, breakups = (_measured(report["results"][name]) for name in _EVENTS)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        rule, advice = "a report of one collision", "give the collision.json of `pinchoff run`"
-        got = error.strerror or error if isinstance(error, OSError) else repr(error)
-        raise InputError.of(str(source), rule, got, advice) from None
+    except (InputError, KeyError) as error:
+        raise InputError.of(str(source), rule, str(error), advice) from None
+    contacts, breakups = (_measured(report["results"][name]) for name in _EVENTS)
     beside = source.with_name(OUTLINES)
     outlines = Outlines.load(beside) if beside.is_file() else None
     return StoredRun(parameters, row, contacts, breakups, outlines)

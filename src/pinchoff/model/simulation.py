@@ -18,8 +18,9 @@ from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
+from pinchoff.model.guards import warn_of_failures
 from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
-from pinchoff.model.results import Collision, collision_of, first_meeting, warn_of_failures
+from pinchoff.model.results import Collision, collision_of, first_meeting
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
@@ -238,13 +239,13 @@ def simulate_many(
     recorded = _Recorder(outlines, flow)
     total = len(given) if isinstance(given, Sized) else None
     parts: list[dict[str, NDArray[Any]]] = []
-    said: set[str] = set()
+    given_names: set[str] = set()
     done = 0
     with progress_bar(wanted_progress(progress), "collisions", total, unit="runs") as show:
         for raw in _chunks(given):
             ids = range(done, done + len(raw))
             chunk = [as_parameters(one, number) for number, one in zip(ids, raw, strict=True)]
-            said = said.union(*(p.model_fields_set for p in chunk))
+            given_names = given_names.union(*(p.model_fields_set for p in chunk))
             parts.append(
                 run_batch(
                     chunk,
@@ -257,7 +258,7 @@ def simulate_many(
             )
             recorded.record(ids, chunk)
             done += len(chunk)
-    table = schema.table(parts, _varied(parts, said))
+    table = schema.table(parts, _varied(parts, given_names))
     warn_of_failures(int((table["outcome"] == "failed").sum()), done)
     if not all_columns:
         unknown = [name for name in _LABORATORY_COLUMNS if table[name].isna().all()]
@@ -290,7 +291,7 @@ def _varied(parts: Sequence[Mapping[str, NDArray[Any]]], said: set[str]) -> list
 
 
 class _Recorder:
-    """Outlines of some of many runs, each of which is run once more for them."""
+    """The outlines of chosen runs, each of which is simulated a second time to record them."""
 
     def __init__(self, wanted: bool | Iterable[int], flow: Flow | None) -> None:
         self._all = wanted is True
@@ -370,7 +371,7 @@ def _require_parameters(name: str, value: object) -> None:
 
 
 def require_flow(flow: object) -> None:
-    """Refuse what is no flow."""
+    """Refuse anything that is not a flow."""
     if not isinstance(flow, Flow):
         advice = "build it with pinchoff.flow.stokes, uniform or sampled"
         raise InputError.of("flow", "a flow", flow, advice)

@@ -70,6 +70,7 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
     settings = VideoSettings(
         pixel_size_um=wanted.pixel_size_um,
         minimum_diameter_um=_SMALLEST_UM,
+        method="rings",  # as the microscope draws droplets
         laboratory=laboratory,
     )
     result = measure_videos([clip], folder / f"film_{figure}", settings, overlay=False)

@@ -13,6 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import NonNegativeFloat
+
 from pinchoff.figures import style
 from pinchoff.paper.catalogue import FIGURES, PaperFigure
 from pinchoff.paper.numbers import data_name, numbers
@@ -21,6 +23,8 @@ from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder
+from pinchoff.support.records import Shape, read_record
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
@@ -84,7 +88,7 @@ class Reproduction:
     seconds: float
 
     def to_dict(self) -> dict[str, Any]:
-        """Return settings, numbers and what figures there are, fit for JSON."""
+        """Return settings, numbers and the figures that exist, ready for JSON."""
         return {
             **self.settings,
             "figures": [made.figure.name for made in self.figures],
@@ -138,32 +142,32 @@ def reproduce(
     wanted = _wanted(only)
     folder = Path(out)
     settings = _settings(seed, quick, experiment)
-    _require_same(folder, settings)
-    folder.mkdir(parents=True, exist_ok=True)
-    with written_aside(folder / SETTINGS) as unfinished:
-        unfinished.write_text(_json(settings), encoding="utf-8")
-    study = Study(seed, quick, experiment, folder)
-    left_out: dict[str, str] = {}
-    figures: list[MadeFigure] = []
-    found: list[Number] = []
-    seconds = 0.0
-    for done, name in enumerate(wanted):
-        if progress is not None:
-            progress(name, done, len(wanted))
-        if name == NUMBERS:
-            found, took = _numbers(study, folder)
-        else:
-            figure = next(each for each in FIGURES if each.name == name)
-            absent = _absent(figure.extra)
-            if absent:
-                left_out[name] = (
-                    f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
-                )
-                continue
-            figures.append(_figure(figure, study, folder))
-            took = figures[-1].seconds
-        seconds += took
-    return Reproduction(folder, figures, found, left_out, settings, seconds)
+    with held_folder(folder):
+        _require_same(folder, settings)
+        with written_aside(folder / SETTINGS) as unfinished:
+            unfinished.write_text(_json(settings), encoding="utf-8")
+        study = Study(seed, quick, experiment, folder)
+        left_out: dict[str, str] = {}
+        figures: list[MadeFigure] = []
+        found: list[Number] = []
+        seconds = 0.0
+        for done, name in enumerate(wanted):
+            if progress is not None:
+                progress(name, done, len(wanted))
+            if name == NUMBERS:
+                found, took = _numbers(study, folder)
+            else:
+                figure = next(figure for figure in FIGURES if figure.name == name)
+                absent = _absent(figure.extra)
+                if absent:
+                    left_out[name] = (
+                        f"{absent} is not installed: pip install 'pinchoff[{figure.extra}]'"
+                    )
+                    continue
+                figures.append(_figure(figure, study, folder))
+                took = figures[-1].seconds
+            seconds += took
+        return Reproduction(folder, figures, found, left_out, settings, seconds)
 
 
 def remove_reproduction(folder: Path) -> None:
@@ -198,25 +202,50 @@ def _settings(seed: int, quick: bool, experiment: ImportedCollisions | None) -> 
     return {"pinchoff_version": __version__, "seed": seed, "quick": quick, "experiment": digest}
 
 
+class _Settings(Shape):
+    pinchoff_version: str
+    seed: int
+    quick: bool
+    experiment: str | None
+
+
+class _Figure(Shape):
+    how: str
+    seconds: NonNegativeFloat
+
+
+class _Numbers(Shape):
+    numbers: list[Number]
+    seconds: NonNegativeFloat
+
+
 def _require_same(folder: Path, settings: dict[str, Any]) -> None:
-    try:
-        there = json.loads((folder / SETTINGS).read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    path = folder / SETTINGS
+    if not path.exists():
         return
-    except (OSError, ValueError):
-        there = None
-    if there != settings:
-        differ = [key for key, value in settings.items() if (there or {}).get(key) != value]
+    advice = "choose another folder, or remove this one"
+    recorded = read_record(path, _Settings, "the settings of a reproduction", advice)
+    differ = [key for key, value in settings.items() if recorded[key] != value]
+    if differ:
         got = f"{folder} ({', '.join(differ)} differ)"
         rule = "a folder without a reproduction of other settings"
-        raise InputError.of("out", rule, got, "choose another folder, or remove this one")
+        raise InputError.of("out", rule, got, advice)
+
+
+def _made_before(path: Path, shape: type[Shape]) -> dict[str, Any] | None:
+    """Return the record of what is there; None where there is none, or it is damaged."""
+    try:
+        return read_record(path, shape, "a record", "it is made again")
+    except InputError:
+        return None
 
 
 def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
     """Draw a figure unless it is there; its record is written last."""
     stem = folder / f"figure_{figure.name}"
     png, pdf, record = (stem.with_suffix(suffix) for suffix in (".png", ".pdf", ".json"))
-    if not all(path.exists() for path in (png, pdf, record)):
+    made = _made_before(record, _Figure) if png.exists() and pdf.exists() else None
+    if made is None:
         started = time.perf_counter()
         with style.off_screen():
             axes = figure.draw(study)
@@ -232,7 +261,6 @@ def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
         }
         with written_aside(record) as unfinished:
             unfinished.write_text(_json(made), encoding="utf-8")
-    made = json.loads(record.read_text(encoding="utf-8"))
     return MadeFigure(figure, png, pdf, made["how"], made["seconds"])
 
 
@@ -240,7 +268,8 @@ def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
     import pandas as pd
 
     record = folder / f"{NUMBERS}.json"
-    if not record.exists():
+    made = _made_before(record, _Numbers)
+    if made is None:
         started = time.perf_counter()
         found = [number.to_dict() for number in numbers(study)]
         with written_aside(folder / f"{NUMBERS}.csv") as unfinished:
@@ -248,8 +277,7 @@ def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
         made = {"numbers": found, "seconds": round(time.perf_counter() - started, 2)}
         with written_aside(record) as unfinished:
             unfinished.write_text(_json(made), encoding="utf-8")
-    made = json.loads(record.read_text(encoding="utf-8"))
-    return [Number(**_known(each)) for each in made["numbers"]], made["seconds"]
+    return [Number(**_known(number)) for number in made["numbers"]], made["seconds"]
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:

@@ -347,5 +347,5 @@ def data_name(study: Study) -> str:
 
 
 def _kind_of_data(study: Study) -> Kind:
-    """Say what the law's collisions make of a number."""
+    """Return the kind of a number that rests on the law's collisions."""
     return MEASURED if study.measured else RECOVERED

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from pinchoff.figures.html_page import Page
-from pinchoff.paper.verdicts import KINDS
+from pinchoff.figures.html_page import Mark, Page
+from pinchoff.paper.verdicts import KINDS, TONES
 
 if TYPE_CHECKING:
     from pinchoff.paper.make import Reproduction
@@ -24,6 +24,11 @@ def verdicts(made: Reproduction) -> list[str]:
             parts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if verdict)
             lines.append(": ".join(filter(None, (f"{counts.total()} {kind}", parts))))
     return lines
+
+
+def _mark(number: Number) -> Mark | str:
+    tone = TONES.get(number.verdict)
+    return Mark(number.verdict, tone) if tone else number.verdict
 
 
 def _sources(number: Number) -> str:
@@ -56,7 +61,7 @@ def reproduction_page(made: Reproduction) -> Page:
             page.paragraph(f"{meaning[0].upper()}{meaning[1:]}.")
             page.table(
                 COLUMNS,
-                [(n.name, n.paper, n.ours, n.interval, n.verdict, _sources(n)) for n in of_kind],
+                [(n.name, n.paper, n.ours, n.interval, _mark(n), _sources(n)) for n in of_kind],
             )
     for figure in made.figures:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")

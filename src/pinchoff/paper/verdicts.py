@@ -51,8 +51,20 @@ _VERDICTS: dict[Kind, tuple[Verdict, Verdict]] = {
 }
 
 
+TONES: dict[Verdict, Literal["good", "bad", "odd"]] = {
+    "agrees": "good",
+    "recovered": "good",
+    "follows": "good",
+    "differs": "bad",
+    "not recovered": "bad",
+    "does not follow": "bad",
+    "misprint": "odd",
+}
+"""How a page marks each verdict."""
+
+
 def verdict_of(kind: Kind, same: bool) -> Verdict:
-    """Return what may be said of a number that is, or is not, the paper's.
+    """Return the verdict on a number that agrees, or does not agree, with the paper.
 
     Examples
     --------
@@ -144,7 +156,7 @@ def plain(
     unit: str = "",
     factor: float = 1.0,
 ) -> Number:
-    """Compare two numbers that are the same within a factor, for what the paper rounds."""
+    """Compare two numbers within a factor, which allows for the paper's rounding."""
     ratio = ours / known
     same = ratio > 0 and max(ratio, 1 / ratio) <= factor + 1e-9
     shown = f"{four_digits(ours)}{unit}"

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
 
 SETTLED = 3.0
-"""A contact counts as one without a break-up once the droplet went on for so long, t0."""
+"""A contact counts as one without a break-up once the droplet went on for so long, t0, unmerged."""
+
+_MERGED = ("droplet_id", "partner")
 
 
 def contact_outcomes(
@@ -46,9 +48,10 @@ def contact_outcomes(
     Returns
     -------
     DataFrame
-        droplet_id, obstacle, time, symmetry, breakup_number (with the droplet's area and speed at
-        contact, and the line of the paper's simulations), broke, and settled: whether its outcome
-        was seen.
+        droplet_id, obstacle, time, radius of the obstacle and diameter of the droplet, D0,
+        symmetry, breakup_number (with the droplet's area and speed at contact, and the line of
+        the paper's simulations), broke, and settled: whether its outcome was seen before the
+        droplet merged or the run ended.
     """
     import pandas as pd
 
@@ -66,6 +69,11 @@ def contact_outcomes(
     nearest = pd.Series(gap).groupby(droplet).transform("min").to_numpy(np.float64)
     time = met["time"].to_numpy(np.float64)
     ended = gone.reindex(droplet).fillna(math.inf).to_numpy(np.float64)
+    merged = events[kinds == "merge"]
+    seen = np.full(len(met), end)
+    for name in _MERGED if len(merged) else ():
+        times = merged.set_index(name)["time"].reindex(droplet).to_numpy(np.float64)
+        seen = np.fmin(seen, times)
     number = breakup_number(
         CA_PER_CA_SIM * parameters.simulation_capillary_number * met["speed"],
         normalized_area=met["area"] / circles[pillar, 2] ** 2,
@@ -76,9 +84,11 @@ def contact_outcomes(
             "droplet_id": droplet,
             "obstacle": pillar,
             "time": time,
+            "radius": circles[pillar, 2],
+            "diameter": np.sqrt(4 / math.pi * met["area"].to_numpy(np.float64)),
             "symmetry": met["symmetry"].to_numpy(np.float64),
             "breakup_number": number,
             "broke": np.isfinite(gap) & (gap == nearest),
-            "settled": (ended < math.inf) | (time + SETTLED <= end),
+            "settled": (ended < math.inf) | (time + SETTLED <= seen),
         }
     )

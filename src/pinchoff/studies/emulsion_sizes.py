@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,8 @@ class Measured(NamedTuple):
     error: float
 
     def __str__(self) -> str:
+        if math.isnan(self.error):
+            return f"{self.value:.4g}, error not known"
         return f"{self.value:.4g} ± {self.error:.2g}"
 
 
@@ -79,6 +81,8 @@ class SizeStudy:
         Events of each kind per t0.
     growth : Measured
         Droplets gained per t0: entered and break-ups less left, merged and retired.
+    exchange : Measured
+        Merges per break-up: 1 where the two balance, NaN without break-ups.
     residence_time : float
         t0, by Little's law: droplets present per droplet that leaves; else as given.
     trend : Measured
@@ -103,6 +107,7 @@ class SizeStudy:
     by_area: Floats
     rates: dict[str, Measured]
     growth: Measured
+    exchange: Measured
     residence_time: float
     trend: Measured
     steady: bool | None
@@ -173,6 +178,7 @@ def study_sizes(
     }
     gains = np.asarray(np.isin(kinds, _CREATES) * 1.0 - np.isin(kinds, _REMOVES))
     growth = _rate(gains, moments, ends)
+    exchange = _exchange(kinds, moments, ends)
     if rates["left"].value > 0:
         residence_time = float(kept["count"].mean()) / rates["left"].value
     residence = math.nan if residence_time is None else residence_time
@@ -202,6 +208,7 @@ def study_sizes(
         _density(sums.areas, edges),
         rates,
         growth,
+        exchange,
         residence,
         trend,
         steady,
@@ -305,6 +312,19 @@ def _rate(weights: Floats, times: Floats, ends: Floats) -> Measured:
     return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: s[0] / s[1])
 
 
+def _exchange(kinds: NDArray[Any], times: Floats, ends: Floats) -> Measured:
+    """Return merges per break-up."""
+    which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
+    counts = [
+        np.bincount(which[kinds == kind], minlength=len(ends) - 1) for kind in ("merge", "breakup")
+    ]
+
+    def share(sums: Floats) -> float:
+        return float(sums[0] / sums[1]) if sums[1] > 0 else math.nan
+
+    return jackknife(np.column_stack(counts).astype(np.float64), share)
+
+
 def _trend(series: pd.DataFrame, residence: float) -> Measured:
     """Return the change of the mean area over the last residence times, as a share of it."""
     end = float(series["time"].iloc[-1])
@@ -340,9 +360,11 @@ def lineage(events: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Indexed by droplet_id: parent (-1: none), born and ended, t0 (NaN: at the start, or never),
-        fate ("breakup", "left", "retired" or ""), and area at birth, D0² (NaN if it was there at
-        the start).
+        Indexed by droplet_id: parent (-1: none; of a merged droplet the larger of the two),
+        other_parent (-1: none; the smaller of two that merged) and share, the part of the area
+        that came from the parent; born and ended, t0 (NaN: at the start, or never), fate
+        ("breakup", "merge", "left", "retired" or ""), and area at birth, D0² (NaN if it was there
+        at the start).
 
     Examples
     --------
@@ -358,7 +380,8 @@ def lineage(events: pd.DataFrame) -> pd.DataFrame:
 
     def droplet(number: int) -> dict[str, float | int | str]:
         new: dict[str, float | int | str]
-        new = {"parent": -1, "born": math.nan, "ended": math.nan, "fate": "", "area": math.nan}
+        new = {"parent": -1, "other_parent": -1, "share": 1.0}
+        new |= {"born": math.nan, "ended": math.nan, "fate": "", "area": math.nan}
         return rows.setdefault(number, new)
 
     for event in events.to_dict("records"):
@@ -371,14 +394,73 @@ def lineage(events: pd.DataFrame) -> pd.DataFrame:
             for k in (1, 2):
                 daughter = droplet(int(event[f"daughter_{k}"]))
                 daughter.update(parent=number, born=event["time"], area=event[f"area_{k}"])
+        if kind == "merge":
+            parts = [(event["area_1"], number), (event["area_2"], int(event["partner"]))]
+            for _, part in parts:
+                droplet(part).update(ended=event["time"], fate=kind)
+            (larger, parent), (smaller, other) = sorted(parts, key=lambda one: -one[0])
+            droplet(int(event["into"])).update(
+                parent=parent,
+                other_parent=other,
+                share=larger / (larger + smaller),
+                born=event["time"],
+                area=larger + smaller,
+            )
     table = pd.DataFrame.from_dict(rows, orient="index").sort_index()
     table.index.name = "droplet_id"
     return table
 
 
 def ancestors(family: pd.DataFrame, droplet_id: int) -> Iterator[int]:
-    """Yield a droplet's mother, her mother, and so on; `family` is that of `lineage`."""
+    """Yield a droplet's mother, her mother, and so on; `family` is that of `lineage`.
+
+    Of two that merged the larger one is the mother.
+    """
     parent = int(family["parent"].get(droplet_id, -1))
     while parent >= 0:
         yield parent
         parent = int(family["parent"].get(parent, -1))
+
+
+def origins(family: pd.DataFrame, droplet_id: int) -> dict[int, float]:
+    """Return where a droplet comes from: of the first droplets, the shares in its area.
+
+    A break-up gives both daughters the mother's mixture; a merge mixes by areas.
+
+    Parameters
+    ----------
+    family : DataFrame
+        Of `lineage`.
+    droplet_id : int
+
+    Returns
+    -------
+    dict of int to float
+        Shares that add up to 1, by the numbers of droplets that have no parent.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> events = pd.DataFrame({"kind": ["merge"], "time": [2.0], "droplet_id": [0], "partner": [1],
+    ...     "into": [2], "area_1": [0.25], "area_2": [0.75], "area": [1.0]})
+    >>> origins(lineage(events), 2)
+    {0: 0.25, 1: 0.75}
+    """
+    found: dict[int, float] = {}
+    parents = family["parent"].to_dict()
+    others = family["other_parent"].to_dict()
+    shares = family["share"].to_dict()
+    # Droplets get their numbers in the order of their births: the youngest first.
+    waiting = {droplet_id: 1.0}
+    while waiting:
+        youngest = max(waiting)
+        part = waiting.pop(youngest)
+        parent, other = int(parents.get(youngest, -1)), int(others.get(youngest, -1))
+        if parent < 0:
+            found[youngest] = found.get(youngest, 0.0) + part
+            continue
+        share = float(shares[youngest])
+        waiting[parent] = waiting.get(parent, 0.0) + part * share
+        if other >= 0:
+            waiting[other] = waiting.get(other, 0.0) + part * (1.0 - share)
+    return dict(sorted(found.items()))

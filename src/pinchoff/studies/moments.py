@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 _PASSING = 6  # frames that show a passage without a contact
 _APPROACH_GAP = 0.35  # between droplet and obstacle in the frame of the approach [D0]
-_DEPARTURE = 1.2  # of the foremost centroid from the last obstacle in the last frame [D0]
+_DEPARTURE = 1.2  # of the foremost droplet beyond the last obstacle, in the last frame [D0]
 
 
 class Moment(NamedTuple):
@@ -79,8 +79,8 @@ def _breakup_moments(contact: int, breakup: int) -> list[Moment]:
 
 
 def _slip_moments(table: pd.DataFrame, contact: int, after: int) -> list[Moment]:
-    shown = table[table["frame"].between(contact, after)]
-    most = int(shown["frame"].to_numpy()[shown["shape_parameter"].argmax()])
+    touching = table[table["frame"].between(contact, after)]
+    most = int(touching["frame"].to_numpy()[touching["shape_parameter"].argmax()])
     return [
         Moment((contact + most) // 2, "deformation"),
         Moment(most, "most deformed"),

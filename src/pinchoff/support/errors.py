@@ -8,6 +8,7 @@ became untrustworthy and was stopped. Every message has one form::
 
 from __future__ import annotations
 
+import errno
 from typing import ClassVar
 
 
@@ -115,6 +116,68 @@ class SimulationError(PinchoffError, RuntimeError):
         self.guard = guard
         self.value = value
         self.time = time
+
+
+_FULL = "on a disk with room for it", "make room and give the same command again"
+_CLOSED = "one that you may write to", "choose another, or have it opened to you"
+_ABSENT = "in a folder that exists", "make that folder, or choose another"
+_RULES: dict[int | None, tuple[str, str]] = {
+    errno.ENOSPC: _FULL,
+    errno.EFBIG: _FULL,
+    getattr(errno, "EDQUOT", errno.ENOSPC): _FULL,  # Windows has no quotas
+    errno.EACCES: _CLOSED,
+    errno.EPERM: _CLOSED,
+    errno.EROFS: _CLOSED,
+    errno.ENOENT: _ABSENT,
+    errno.ENOTDIR: _ABSENT,
+    errno.EISDIR: ("a file", "it is a folder: choose another name"),
+    errno.ENAMETOOLONG: ("a name that the system takes", "choose a shorter one"),
+    errno.EMFILE: ("among few open files", "allow more open files (ulimit -n)"),
+    errno.EAGAIN: (
+        "done with as many threads and processes as the system allows",
+        "allow more (ulimit -u), or run fewer threads",
+    ),
+}
+_OTHER = "what the system can read and write", "see whether its disk is in order"
+_CHOSEN = (_CLOSED, _ABSENT, _RULES[errno.EISDIR], _RULES[errno.ENAMETOOLONG])
+
+
+def is_full(error: BaseException) -> bool:
+    """Tell whether the system had no room left for a file.
+
+    Examples
+    --------
+    >>> is_full(OSError(errno.ENOSPC, "No space left on device"))
+    True
+    """
+    return isinstance(error, OSError) and _RULES.get(error.errno) == _FULL
+
+
+def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
+    """Make the error for what the system refused, in the one form, with what to do.
+
+    It is an `InputError` where another name or place would do, and a `PinchoffError` where the
+    machine must be helped, as where a disk is full.
+
+    Parameters
+    ----------
+    error : OSError
+    argument : str, optional
+        Name of the thing that is wrong; by default the file that the error names.
+
+    Examples
+    --------
+    >>> print(refused_by_system(OSError(errno.ENAMETOOLONG, "Too long", "law.json")))
+    law.json must be a name that the system takes; got 'Too long'; choose a shorter one
+    """
+    rule, advice = _RULES.get(error.errno, _OTHER)
+    reason = error.strerror or str(error)
+    if argument and error.filename:
+        refusal = InputError.of(argument, rule, f"'{reason}' of {error.filename}", advice)
+    else:
+        name = argument or str(error.filename or "the work")
+        refusal = InputError.of(name, rule, f"'{reason}'", advice)
+    return refusal if (rule, advice) in _CHOSEN else PinchoffError(str(refusal))
 
 
 def _shortened(text: str, limit: int = 120) -> str:

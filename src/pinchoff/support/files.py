@@ -1,15 +1,30 @@
-"""Files: what is written is complete or not there, and what is read is what was meant."""
+"""Files: what is written is complete or not there, and what is read is what was meant.
+
+What is being written has a hidden name of its own and is locked by the process that writes it.
+So a later run can tell what a run that died has left, and removes it.
+"""
 
 from __future__ import annotations
 
+import hashlib
 import os
+import re
+import secrets
+import sys
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from pinchoff.support.errors import InputError
+
+if sys.platform != "win32":
+    import fcntl
+
+_UNFINISHED = re.compile(r"\.pinchoff-[0-9a-f]{16}(\..*)?")
+_FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+_ORDINARY = 0o666  # as of any new file; the user's umask takes from it
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -28,22 +43,103 @@ def read_toml(path: Path) -> dict[str, Any]:
     except RecursionError:
         got = "brackets nested too deeply"
         raise InputError.of(str(path), "a TOML file", got, "correct it there") from None
-    except ValueError as error:  # not UTF-8, not TOML, or an absurdly long number
+    except ValueError as error:  # text that is not UTF-8 or not TOML, or an absurdly long number
         raise InputError.of(str(path), "a TOML file", str(error), "correct it there") from None
 
 
 @contextmanager
 def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
-    """Give a name beside `path` to write to; rename it to `path` once it is written.
+    """Make an empty file beside `path` to write to; rename it to `path` once it is written.
 
-    So whoever opens `path` finds the old file or the new one, complete. On an error the
-    unfinished file is removed and `path` stays as it was. It has the suffix of `path`, or another
-    one, where readers that look for files by suffix must not find it.
+    So whoever opens `path` finds the old file or the new one, complete, also after the power
+    failed. On an error the unfinished file is removed and `path` stays as it was; what dead
+    processes left in the folder is removed, too. It has the suffix of `path`, or another one,
+    where readers that look for files by suffix must not find it. Whoever writes to it must write
+    into the file that is there, not make another in its place.
     """
-    ending = path.suffix if suffix is None else suffix
-    unfinished = path.with_name(f".{path.stem}.{os.getpid()}{ending}")
+    remove_unfinished(path.parent)
+    try:
+        unfinished, descriptor = _new_file(path.parent, path.suffix if suffix is None else suffix)
+    except OSError as error:
+        error.filename = str(path)  # the name that its reader knows
+        raise
     try:
         yield unfinished
+        if descriptor is None:  # Windows renames no file that is open
+            descriptor = os.open(unfinished, os.O_RDWR)
+        os.fsync(descriptor)
+        if sys.platform == "win32":
+            os.close(descriptor)
+            descriptor = None
         unfinished.replace(path)
+    except OSError as error:
+        if error.filename is None or Path(os.fsdecode(error.filename)) == unfinished:
+            with suppress(AttributeError):  # an error of PyAV keeps its name
+                error.filename = str(path)  # the one that its reader knows
+        raise
     finally:
         unfinished.unlink(missing_ok=True)
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def hidden_name(seed: str, ending: str) -> str:
+    """Return a name that `remove_unfinished` knows; of one length, whatever is being written."""
+    return f".pinchoff-{hashlib.sha256(seed.encode(errors='replace')).hexdigest()[:16]}{ending}"
+
+
+def _new_file(folder: Path, ending: str) -> tuple[Path, int | None]:
+    """Make a hidden file of a random name; return it with its descriptor, which locks it."""
+    while True:
+        path = folder / hidden_name(secrets.token_hex(), ending)
+        descriptor = os.open(path, _FLAGS, _ORDINARY)
+        if sys.platform == "win32":
+            os.close(descriptor)
+            return path, None
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if is_at(descriptor, path):  # else another process took it for a dead one's
+            return path, descriptor
+        os.close(descriptor)
+
+
+def require_writable(folder: Path) -> None:
+    """Make a hidden file in a folder and remove it again.
+
+    Raises
+    ------
+    OSError
+        That cannot be done.
+    """
+    path, descriptor = _new_file(folder, "")
+    path.unlink()
+    if descriptor is not None:
+        os.close(descriptor)
+
+
+def is_at(descriptor: int, path: Path) -> bool:
+    """Tell whether an open file, or folder, still stands at a path."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), os.lstat(path))
+    except OSError:
+        return False
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove the hidden files in a folder whose writers are dead; a living one's are locked."""
+    if sys.platform == "win32":
+        return
+    with suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if _UNFINISHED.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                _remove_if_dead(Path(entry.path))
+
+
+def _remove_if_dead(path: Path) -> None:
+    with suppress(OSError):  # locked by a living process, or removed by another
+        descriptor = os.open(path, os.O_RDWR | os.O_NOFOLLOW)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            path.unlink()
+        finally:
+            os.close(descriptor)

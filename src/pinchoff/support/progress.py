@@ -107,16 +107,16 @@ def _notebook_bar(label: str, total: float | None, start: int, unit: str) -> Ite
 
     shell: Any = importlib.import_module("IPython.display")  # in a notebook it is there
     name, whole = label, total
-    began, shown = monotonic(), -1.0
+    began, updated = monotonic(), -1.0
     place = shell.display(shell.HTML(escape(label)), display_id=True)
 
     def move(done: float, total: float | None = total, label: str | None = None) -> None:
-        nonlocal shown, name, whole
+        nonlocal updated, name, whole
         name, whole = label or name, total or whole
         now = monotonic() - began
-        if now - shown < _BETWEEN_UPDATES and (whole is None or start + done < whole):
+        if now - updated < _BETWEEN_UPDATES and (whole is None or start + done < whole):
             return
-        shown = now
+        updated = now
         rest = f", {now / done * (whole - start - done):.0f} s left" if whole and done else ""
         counted = f"{start + done:,.0f}" + (f" of {whole:,.0f}" if whole else "") if unit else ""
         share = f" value={min(1.0, (start + done) / whole):.4f}" if whole else ""

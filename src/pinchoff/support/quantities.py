@@ -209,7 +209,7 @@ GROUP_ORIGINS = {
 }
 """What the groups follow from."""
 
-# pint would calculate what it reads, 9**9**9 too. A power of a unit is one digit.
+# pint would evaluate its input, even 9**9**9. So a power of a unit is one digit.
 _LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
 _FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
 _DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+")
@@ -393,7 +393,7 @@ def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
     elif isinstance(value, str):
         try:
             parsed = _parsed(value)
-        except Exception:  # the parser raises anything from TokenError to ZeroDivisionError
+        except Exception:  # pint raises many kinds of errors, from TokenError to ZeroDivisionError
             raise _wrong(name, value, quantity) from None
     else:
         raise _wrong(name, "nothing" if value is None else value, quantity)

@@ -7,7 +7,7 @@ import os
 import shutil
 import zlib
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,8 +17,9 @@ import pyarrow.parquet as pq
 from pinchoff.collisions.parquet import read_collisions
 from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder, made_folder
 from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 from pinchoff.video import clip_folder
@@ -146,12 +147,14 @@ def measure_videos(
     ]
     total = _frame_count(jobs) if progress else None
     outcomes: dict[str, ClipOutcome] = {}
-    with progress_bar(progress, "frames", total, unit="frames") as show:
-        at_once = min(processes, len(jobs))
-        for outcome in all_done(jobs, measure_to_folder, _ended, at_once, show):
-            outcomes[outcome.name] = outcome
-    ordered = [outcomes[name] for name in sources]
-    table = _joined([each for each in ordered if not each.error], folder)
+    with held_folder(folder), made_folder(folder / CLIPS):
+        with progress_bar(progress, "frames", total, unit="frames") as show:
+            at_once = min(processes, len(jobs))
+            with closing(all_done(jobs, measure_to_folder, _ended, at_once, show)) as done:
+                for outcome in done:
+                    outcomes[outcome.name] = outcome
+        ordered = [outcomes[name] for name in sources]
+        table = _joined([each for each in ordered if not each.error], folder)
     return VideoResult(folder, ordered, table)
 
 
@@ -228,7 +231,7 @@ def _frame_count(jobs: Sequence[Job]) -> int | None:
     for job in jobs:
         try:
             count = clip_of(job.source, job.settings).frame_count
-        except Exception:  # whatever is wrong with it is told when its turn comes
+        except Exception:  # an error in it is reported when it is read
             continue
         if count is None:
             return None
@@ -260,15 +263,22 @@ def measure_to_folder(
             return ClipOutcome(job.name, job.folder, before, reused=True)
         result = _fresh(job._replace(settings=chosen), mark, corrected, count)
         return ClipOutcome(job.name, job.folder, result)
-    except Exception as error:  # libraries refuse damaged clips in many ways of their own
+    except BaseException as error:  # libraries refuse damaged clips in many ways of their own
         if not existed:
             shutil.rmtree(job.folder, ignore_errors=True)
+        if not isinstance(error, Exception):
+            raise
         return ClipOutcome(job.name, job.folder, {}, error=_reason(job.source, error))
 
 
 def _reason(source: Path, error: Exception) -> str:
-    if isinstance(error, InputError):
+    if isinstance(error, PinchoffError):
         return str(error)
+    if isinstance(error, OSError) and is_full(error):
+        return str(refused_by_system(error))
+    if isinstance(error, FileNotFoundError) and not source.exists():
+        rule, advice = "a clip that is there", "check its name"
+        return str(InputError.of(str(source), rule, "no such file", advice))
     got = " ".join(f"{type(error).__name__}: {error}".split())
     advice = "see whether a player or Fiji opens it, and save it anew from there"
     return str(InputError.of(str(source), "a clip that can be measured", got, advice))
@@ -367,15 +377,11 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     import pandas as pd
 
     if not clips:
-        for empty in (out / CLIPS, out):
-            with suppress(OSError):
-                empty.rmdir()  # unless it holds earlier results
         return encounter_table([], Laboratory(), "video", "")
     tables = [read_collisions(each.folder / clip_folder.COLLISIONS) for each in clips]
     table = pd.concat(tables, ignore_index=True)
     table["collision_id"] = range(len(table))
     table.attrs["units"] = tables[0].attrs["units"]
-    out.mkdir(parents=True, exist_ok=True)
     write_encounters(table, out / clip_folder.COLLISIONS)
     for name, fields in (
         (clip_folder.TRACKS, clip_folder.TRACK_FIELDS),

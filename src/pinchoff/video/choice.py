@@ -260,7 +260,7 @@ def _without_small(trial: Trial) -> Trial:
     segmenter = trial.segmenter
     if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
         return trial
-    # Half of what droplets cover is in larger ones.
+    # The median weighted by area: half of the covered area is in larger droplets.
     usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
     least = max(segmenter.minimum_area, _SMALL**2 * usual)
     segmenter.minimum_area = least

@@ -16,10 +16,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 from numpy.typing import NDArray
+from pydantic import NonNegativeInt, PositiveFloat
 
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.records import Shape, read_record
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
@@ -314,20 +316,37 @@ def file_stamps(source: Path) -> list[tuple[str, int, int]]:
     return [(file.name, file.stat().st_size, file.stat().st_mtime_ns) for file in files]
 
 
+class _Result(Shape):
+    fingerprint: str
+    clip: str
+    files: list[tuple[str, NonNegativeInt, int]]
+    frames: NonNegativeInt
+    duration_s: float
+    overlay_fps: PositiveFloat | None
+    tracks: NonNegativeInt
+    plugs_per_s: float | None
+    obstacles: list[tuple[float, float, PositiveFloat]]
+    method: str
+    scores: dict[str, float]
+    thresholds: dict[str, Any]
+    settings: dict[str, Any]
+    warning: str
+
+
 def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
     """Return what `RESULT` holds, if the clip was measured whole and just so; else None."""
     try:
-        result: Any = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        result = read_result(folder)
+    except InputError:
         return None
-    if not isinstance(result, dict) or result.get("fingerprint") != mark:
+    if result["fingerprint"] != mark:
         return None
     try:
         for name in (COLLISIONS, TRACKS, EVENTS, PLUGS):
             pq.ParquetFile(folder / name).close()
     except (OSError, pa.ArrowException):
         return None  # it is damaged, and measured again
-    return dict(result)
+    return result
 
 
 def read_result(folder: Path) -> dict[str, Any]:
@@ -338,17 +357,16 @@ def read_result(folder: Path) -> dict[str, Any]:
     InputError
         There is none, or it is damaged.
     """
-    advice = "give DIR/clips/NAME, as pinchoff video wrote it"
+    advice = "give DIR/clips/NAME, as pinchoff video wrote it, or measure the clip again"
+    if not (folder / RESULT).is_file():
+        raise InputError.of(str(folder), "the folder of a measured clip", "none", advice)
+    rule = "what pinchoff video wrote of a clip"
+    result = read_record(folder / RESULT, _Result, rule, advice)
     try:
-        result = json.loads((folder / RESULT).read_text(encoding="utf-8"))
-        if isinstance(result, dict) and {"clip", "files", "frames", "settings"} <= result.keys():
-            return result
-        got = f"a {RESULT} without its entries"
-    except FileNotFoundError:
-        got = "none"
-    except (OSError, ValueError) as error:
-        got = f"{RESULT}: {error}"
-    raise InputError.of(str(folder), "the folder of a measured clip", got, advice)
+        VideoSettings(**result["settings"])
+    except InputError as error:
+        raise InputError.of(str(folder / RESULT), rule, str(error), advice) from None
+    return result
 
 
 def write_result(folder: Path, result: dict[str, Any]) -> None:

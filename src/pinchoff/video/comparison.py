@@ -38,7 +38,7 @@ _LEAST_OFFSET, _MOST_OFFSET = 1e-3, 2.0  # D0, between which the start is looked
 _TOLERANCE = 1e-4  # of the offset, D0
 _GRAZING = 0.01  # S, below which it tells little
 _FEWEST_FRAMES = 3  # that are compared
-_AFTER_S = 0.3  # that is compared after the collision's end, seconds
+_AFTER_S = 0.3  # seconds of film that are compared after the collision's end
 
 
 _CIRCLE = ("obstacle_x_um", "obstacle_y_um", "obstacle_radius_um")

@@ -18,6 +18,7 @@ import pandas as pd
 from pinchoff.model.outlines import Outlines
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder
 from pinchoff.video import clip_folder
 from pinchoff.video.batch import CLIPS
 from pinchoff.video.settings import VideoSettings
@@ -90,7 +91,9 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
     ... )
     >>> scene, frame_count = microscope.lane_scene([run], camera)
     >>> film = microscope.film(scene, "film.mp4", frame_count, microscope=camera)
-    >>> settings = VideoSettings(pixel_size_um=camera.pixel_size_um, laboratory=laboratory)
+    >>> settings = VideoSettings(
+    ...     pixel_size_um=camera.pixel_size_um, laboratory=laboratory, method="rings"
+    ... )
     >>> measured = measure_videos([film.clip], "measured", settings, overlay=False, processes=1)
     >>> len(export_clip("measured/clips/film", "exported"))
     3
@@ -99,15 +102,15 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
     result = clip_folder.read_result(folder)
     settings = VideoSettings(**result["settings"])
     tracks = pd.read_parquet(folder / clip_folder.TRACKS)
-    target.mkdir(parents=True, exist_ok=True)
     rois, trackpy, trackmate = (target / name for name in exported_names([folder]))
-    _write_rois(rois, folder, tracks, settings)
-    for path, table in (
-        (trackpy, trackpy_table(tracks, settings.pixel_um)),
-        (trackmate, trackmate_table(tracks)),
-    ):
-        with written_aside(path) as unfinished:
-            table.to_csv(unfinished, index=False, float_format=_DIGITS)
+    with held_folder(target):
+        _write_rois(rois, folder, tracks, settings)
+        for path, table in (
+            (trackpy, trackpy_table(tracks, settings.pixel_um)),
+            (trackmate, trackmate_table(tracks)),
+        ):
+            with written_aside(path) as unfinished:
+                table.to_csv(unfinished, index=False, float_format=_DIGITS)
     return [rois, trackpy, trackmate]
 
 
@@ -172,8 +175,7 @@ def _write_rois(path: Path, folder: Path, tracks: pd.DataFrame, settings: VideoS
         advice = "measure the clip again"
         raise InputError.of(str(folder), "one measurement", got, advice)
     with written_aside(path) as unfinished:
-        unfinished.unlink(missing_ok=True)
-        roifile.roiwrite(unfinished, _rois(outlines, tracks, settings))
+        roifile.roiwrite(unfinished, _rois(outlines, tracks, settings), mode="w")
 
 
 def _rois(outlines: Outlines, tracks: pd.DataFrame, settings: VideoSettings) -> Iterator[Any]:

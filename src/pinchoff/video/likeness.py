@@ -37,7 +37,7 @@ class Likeness:
         self._fluid = self._sum(background.luma, background.chroma, 1.0)
 
     def of(self, frame: Frame, lamp: float) -> Image:
-        """Return it for every other pixel of a frame, whose lamp is so bright."""
+        """Return the map for every second pixel of a frame, given how bright the lamp is."""
         alike = self._sum(frame.luma, frame.chroma, lamp)
         alike -= self._fluid
         return alike
@@ -65,7 +65,7 @@ class Likeness:
 
     @staticmethod
     def along(alike: Image, edge: tuple[slice, slice], dark: NDArray[np.bool_]) -> Image:
-        """Return it along an edge of the frame, smoothed over a few pixels.
+        """Return the values along an edge of the frame, smoothed over a few pixels.
 
         Parameters
         ----------

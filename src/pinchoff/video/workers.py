@@ -6,16 +6,22 @@ nor this process with it.
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import multiprocessing
 import os
 import pickle
+import signal
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
+from types import FrameType
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 if TYPE_CHECKING:
@@ -27,6 +33,7 @@ Result = TypeVar("Result")
 
 _LOOK_S = 0.2  # between two looks at how far the workers are
 _AHEAD = 4  # frames a worker that wait for it
+_GRACE_S = 5.0  # for a worker to leave its work in order
 
 # Not forked: the libraries of video and pictures have threads of their own.
 _CONTEXT: SpawnContext = multiprocessing.get_context("spawn")
@@ -45,6 +52,8 @@ class _Worker:
 
     counts: Any = None
     segmenter: Finds
+    busy = False
+    stopping = False
 
 
 def all_done(
@@ -53,7 +62,7 @@ def all_done(
     broken: Callable[[Job], Result],
     processes: int,
     show: Callable[[float], object] | None = None,
-) -> Iterator[Result]:
+) -> Generator[Result, None, None]:
     """Do jobs in processes, and yield what comes of each as soon as it is there.
 
     Parameters
@@ -107,40 +116,82 @@ def _in_pool(
     show: Callable[[float], object] | None,
 ) -> Iterator[tuple[int, Result]]:
     """Yield the results of some jobs until all are done or a process has ended by itself."""
-    with ProcessPoolExecutor(
-        min(processes, len(chosen)), _CONTEXT, initializer=_begin, initargs=(done, b"")
-    ) as pool:
+    with _pool(min(processes, len(chosen)), done, b"") as pool:
         futures = {pool.submit(_counted, work, jobs[k], k): k for k in chosen}
         waiting: set[Future[Result]] = set(futures)
+        while waiting:
+            ready, waiting = wait(waiting, _LOOK_S, FIRST_COMPLETED)
+            if show is not None:
+                show(sum(max(0, count) for count in done))
+            for future in ready:
+                try:
+                    result = future.result()
+                except BrokenProcessPool:
+                    continue
+                yield futures[future], result
+
+
+@contextmanager
+def _pool(processes: int, counts: Any, segmenter: bytes) -> Iterator[ProcessPoolExecutor]:
+    """Give processes for some jobs; where this one is interrupted, they leave theirs too."""
+    stop = _CONTEXT.RawValue(ctypes.c_bool, False)
+    with ProcessPoolExecutor(
+        processes, _CONTEXT, initializer=_begin, initargs=(counts, segmenter, stop)
+    ) as pool:
         try:
-            while waiting:
-                ready, waiting = wait(waiting, _LOOK_S, FIRST_COMPLETED)
-                if show is not None:
-                    show(sum(max(0, count) for count in done))
-                for future in ready:
-                    try:
-                        result = future.result()
-                    except BrokenProcessPool:
-                        continue
-                    yield futures[future], result
+            yield pool
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            stop.value = True
+            pool.shutdown(cancel_futures=True)  # waits: they may have files to remove
             raise
 
 
-def _begin(counts: Any, segmenter: bytes) -> None:
-    """Prepare a process: it ends with its parent, however that ends."""
+def _begin(counts: Any, segmenter: bytes, stop: Any) -> None:
+    """Prepare a process: it is stopped by its parent alone, or by that one's end."""
     _Worker.counts = counts
     if segmenter:
         _Worker.segmenter = pickle.loads(segmenter)
+    signal.signal(signal.SIGINT, _stop_if_told)
+    signal.signal(signal.SIGTERM, _stop)
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+        threading.Thread(target=_end_with, args=(parent, stop), daemon=True).start()
 
 
-def _end_with(parent: Any) -> None:
-    parent.join()
+def _stop_if_told(number: int, frame: FrameType | None) -> None:
+    """Leave the work at hand; Ctrl-C, which reaches workers too, is for the parent to answer."""
+    if _Worker.stopping:
+        _stop(number, frame)
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    if _Worker.busy:
+        raise KeyboardInterrupt
+
+
+def _end_with(parent: Any, stop: Any) -> None:
+    """Wait for the parent's word or end; then end too, once the work is left in order."""
+    alone = False
+    while not (alone or stop.value):
+        alone = bool(wait_for([parent.sentinel], _LOOK_S))
+    _Worker.stopping = True
+    deadline = time.monotonic() + _GRACE_S
+    _thread.interrupt_main()
+    while (_Worker.busy or not alone) and time.monotonic() < deadline:
+        time.sleep(0.05)
     os._exit(1)
+
+
+@contextmanager
+def _at_work() -> Iterator[None]:
+    """Say that a process works, so that an interruption has something to leave."""
+    _Worker.busy = True
+    try:
+        if _Worker.stopping:  # of the jobs that wait one is handed out all the same
+            raise KeyboardInterrupt
+        yield
+    finally:
+        _Worker.busy = False
 
 
 def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k: int) -> Result:
@@ -149,7 +200,8 @@ def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k
     def count(done: int) -> None:
         _Worker.counts[k] = done
 
-    return work(job, count)
+    with _at_work():
+        return work(job, count)
 
 
 def segmented(
@@ -172,21 +224,15 @@ def segmented(
             yield frame, segmenter.droplets(frame)
         return
     waiting: deque[tuple[Frame, Future[list[Droplet]]]] = deque()
-    with ProcessPoolExecutor(
-        processes, _CONTEXT, initializer=_begin, initargs=(None, copied)
-    ) as pool:
-        try:
-            for frame in frames:
-                waiting.append((frame, pool.submit(_droplets, frame)))
-                if len(waiting) >= _AHEAD * processes:
-                    first, found = waiting.popleft()
-                    yield first, found.result()
-            while waiting:
+    with _pool(processes, None, copied) as pool:
+        for frame in frames:
+            waiting.append((frame, pool.submit(_droplets, frame)))
+            if len(waiting) >= _AHEAD * processes:
                 first, found = waiting.popleft()
                 yield first, found.result()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        while waiting:
+            first, found = waiting.popleft()
+            yield first, found.result()
 
 
 def _copied(segmenter: Finds) -> bytes:
@@ -200,4 +246,5 @@ def _droplets(frame: Frame) -> list[Droplet]:
     import cv2
 
     cv2.setNumThreads(1)  # frames are looked at side by side
-    return _Worker.segmenter.droplets(frame)
+    with _at_work():
+        return _Worker.segmenter.droplets(frame)

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -18,10 +23,57 @@ def model_row(*, core=None, **constants):
     return row
 
 
+REFERENCE = Path(__file__).parents[3] / "benchmarks" / "reference"
+
+
+@pytest.fixture(scope="session")
+def reference(tmp_path_factory):
+    """Function (name, *arguments) -> what an independent program says of a collision."""
+    programs = {}
+
+    def compiled(name):
+        compiler = shutil.which("g++") or shutil.which("c++")
+        if compiler is None:
+            pytest.skip("no C++ compiler")
+        source = REFERENCE / f"{name}.cpp"
+        if not source.exists():
+            pytest.skip("the reference program is not here")
+        program = tmp_path_factory.mktemp("reference") / name
+        subprocess.run([compiler, "-O2", "-o", program, source], check=True)
+        return program
+
+    def call(name, *arguments):
+        if name not in programs:
+            programs[name] = compiled(name)
+        command = [programs[name], *map(str, arguments)]
+        ended = subprocess.run(command, check=True, capture_output=True, text=True)
+        return json.loads(ended.stdout)
+
+    return call
+
+
 @pytest.fixture
 def model():
     """Function (core={...}, **parameters) -> model row."""
     return model_row
+
+
+@pytest.fixture
+def any_collisions(model):
+    """Function (rng, count) -> rows over the usual range of offsets, Ca_sim and sizes."""
+
+    def draw(rng, count):
+        rows = [
+            model(
+                offset=rng.uniform(-0.3, 0.3),
+                simulation_capillary_number=rng.uniform(8, 90),
+                size_ratio=rng.uniform(2, 8),
+            )
+            for _ in range(count)
+        ]
+        return np.array(rows)
+
+    return draw
 
 
 @pytest.fixture

@@ -158,21 +158,13 @@ def test_daughters_keep_apart_and_keep_their_area(model, system, result, constan
     assert min(gaps) > 0
 
 
-def test_daughters_survive_their_break_up(model):
+def test_daughters_survive_their_break_up(any_collisions):
     """Of a seeded sweep over the usual range no run is lost to a guard after its break-up.
 
     The daughters are smaller and stiffer than the droplet that the time step was chosen for.
     """
-    rng = np.random.default_rng(5)
-    rows = [
-        model(
-            offset=rng.uniform(-0.3, 0.3),
-            simulation_capillary_number=rng.uniform(8, 90),
-            size_ratio=rng.uniform(2, 8),
-        )
-        for _ in range(300)
-    ]
-    results = _core.run_many(np.array(rows), None, 1, None)
+    rows = any_collisions(np.random.default_rng(5), 300)
+    results = _core.run_many(rows, None, 1, None)
     guard, cuts = (results[:, _core.RESULT_FIELDS.index(n)] for n in ("guard", "breakup_count"))
     assert (cuts > 0).sum() > 80
     lost = (cuts > 0) & (guard > 0)

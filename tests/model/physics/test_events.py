@@ -140,18 +140,10 @@ def test_stopping_at_the_breakup_gives_the_same_breakup(model, run, constants):
     assert stop["end_time"] == stop["breakup_time"] < follow["end_time"]
 
 
-def test_results_do_not_depend_on_the_number_of_threads(model, run):
+def test_results_do_not_depend_on_the_number_of_threads(any_collisions):
     """Rows on 1 and on 4 threads are equal to the last bit, in the order of the models."""
-    rng = np.random.default_rng(1)
-    rows = [
-        model(
-            offset=rng.uniform(-0.3, 0.3),
-            simulation_capillary_number=rng.uniform(8, 90),
-            size_ratio=rng.uniform(2, 8),
-        )
-        for _ in range(60)
-    ]
-    one, four = (_core.run_many(np.array(rows), None, n, None) for n in (1, 4))
+    rows = any_collisions(np.random.default_rng(1), 60)
+    one, four = (_core.run_many(rows, None, n, None) for n in (1, 4))
     np.testing.assert_array_equal(one, four)
     again = _core.run_many(np.array(rows[::-1]), None, 2, None)[::-1]
     np.testing.assert_array_equal(one, again)

@@ -10,7 +10,7 @@ import pytest
 from pinchoff import _core
 
 TERMS = _core.TERMS
-EVERY_TERM: dict[str, float] = {}
+EVERY_TERM: dict[str, float] = {"contact_angle": 70.0}
 """Parameters with which every term is at work; those that are so by default are left out."""
 
 
@@ -109,9 +109,22 @@ def test_energies_and_forces_agree_with_automatic_differentiation(model, droplet
             total = total + anp.sum(anp.where(overlap > 0, overlap, 0.0) ** 2)
         return 0.5 * value["wall_stiffness"] * total
 
+    def adhesion(r):
+        places, weights = np.polynomial.legendre.leggauss(3)
+        total, after = 0.0, anp.roll(r, -1, axis=0)
+        for x, y, radius in obstacles:
+            ax, ay, bx, by = r[:, 0] - x, r[:, 1] - y, after[:, 0] - x, after[:, 1] - y
+            far_a, far_b = anp.sqrt(ax**2 + ay**2), anp.sqrt(bx**2 + by**2)
+            round_pillar = (ay * bx - ax * by) / (0.5 * (far_a + far_b))
+            for place, weight in zip(places, weights, strict=True):
+                d = far_a + 0.5 * (1 + place) * (far_b - far_a) - radius
+                s = anp.clip((d - length_at_rest / 2) / length_at_rest, 0.0, 1.0)
+                total = total + 0.5 * weight * anp.sum((1 - 3 * s**2 + 2 * s**3) * round_pillar)
+        return -value["line_tension"] * (1 + math.cos(math.radians(70))) * total
+
     energies = _core.term_energies(row, outline, obstacles)
     forces = _core.term_forces(row, outline, obstacles)
-    ours = (area, edges, line_tension, wall)
+    ours = (area, edges, line_tension, wall, adhesion)
     assert tuple(energy.__name__ for energy in ours) == TERMS
     for term, energy in zip(TERMS, ours, strict=True):
         assert energies[term] == pytest.approx(energy(outline), rel=1e-11)

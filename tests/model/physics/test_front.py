@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import json
 import math
-import shutil
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +12,6 @@ import pinchoff as po
 from pinchoff import _core
 
 FIELDS = _core.RESULT_FIELDS
-SOURCE = Path(__file__).parents[3] / "benchmarks" / "reference" / "front.cpp"
 NOWHERE = np.empty((0, 3))
 
 
@@ -315,30 +310,14 @@ def test_necks_lie_inside_the_droplet():
             assert total == pytest.approx(math.pi / 4, rel=0.01)
 
 
-@pytest.fixture(scope="module")
-def program(tmp_path_factory):
-    """The reference program, compiled."""
-    compiler = shutil.which("g++") or shutil.which("c++")
-    if compiler is None:
-        pytest.skip("no C++ compiler")
-    if not SOURCE.exists():
-        pytest.skip("the reference program is not here")
-    built = tmp_path_factory.mktemp("reference") / "front"
-    subprocess.run([compiler, "-O2", "-o", built, SOURCE], check=True)
-    return built
-
-
 @pytest.mark.parametrize(
     ("capillary", "offset", "size_ratio"),
     [(20.0, 0.05, 5.66), (40.0, 0.02, 5.66), (60.0, 0.1, 4.0), (30.0, 0.03, 7.5)],
 )
-def test_collision_equals_that_of_an_independent_program(program, capillary, offset, size_ratio):
+def test_collision_equals_that_of_an_independent_program(reference, capillary, offset, size_ratio):
     """Explicit normal motion, other curvature, other spacing: the same to its accuracy."""
     arguments = (128, 0, capillary, offset, size_ratio, 1e-4)
-    ended = subprocess.run(
-        [program, *map(str, arguments)], check=True, capture_output=True, text=True
-    )
-    expected = json.loads(ended.stdout)
+    expected = reference("front", *arguments)
     (got,) = results(
         front_row(
             simulation_capillary_number=capillary,

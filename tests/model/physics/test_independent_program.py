@@ -2,38 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pinchoff import _core
 
-SOURCE = Path(__file__).parents[3] / "benchmarks" / "reference" / "collision.cpp"
 COLLISIONS = [(20.0, 0.05, 5.66), (40.0, 0.02, 5.66), (60.0, 0.1, 4.0), (30.0, 0.03, 7.5)]
-
-
-@pytest.fixture(scope="session")
-def program(tmp_path_factory):
-    """The reference program, compiled."""
-    compiler = shutil.which("g++") or shutil.which("c++")
-    if compiler is None:
-        pytest.skip("no C++ compiler")
-    if not SOURCE.exists():
-        pytest.skip("the reference program is not here")
-    built = tmp_path_factory.mktemp("reference") / "collision"
-    subprocess.run([compiler, "-O2", "-o", built, SOURCE], check=True)
-    return built
 
 
 @pytest.mark.parametrize(("capillary", "offset", "size_ratio"), COLLISIONS)
 def test_collision_equals_that_of_an_independent_program(
-    model, run, program, capillary, offset, size_ratio
+    model, run, reference, capillary, offset, size_ratio
 ):
     """Plain velocity Verlet, one struct a vertex: S to 1e-3, contact to two steps, same outcome.
 
@@ -41,10 +24,7 @@ def test_collision_equals_that_of_an_independent_program(
     """
     step = 1e-4
     arguments = (64, 0, capillary, offset, size_ratio, step)
-    ended = subprocess.run(
-        [program, *map(str, arguments)], check=True, capture_output=True, text=True
-    )
-    expected = json.loads(ended.stdout)
+    expected = reference("collision", *arguments)
     (got,) = run(
         model(
             simulation_capillary_number=capillary,

@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
-from pinchoff.studies.emulsion_contacts import contact_outcomes
 from pinchoff.studies.emulsion_sizes import lineage
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_trust import Trust
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion import Coalescence, Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
+
+_COLORS: dict[Literal["generation", "size"], str] = {
+    "generation": "the break-ups in a droplet's ancestry",
+    "size": "size",
+}
+EXPLORE = "Explore these contacts: filter them, and simulate each on a pillar alone"
+"""What leads to the page of the live model."""
 
 _STEADY = {
     True: "Steady: gains and losses balance within 2σ, and the mean area has no trend.",
@@ -27,7 +37,13 @@ _STEADY = {
 
 
 def emulsion_page(
-    design: EmulsionDesign, run: Emulsion, study: SizeStudy, trust: Trust | None
+    design: EmulsionDesign,
+    run: Emulsion,
+    study: SizeStudy,
+    trust: Trust | None,
+    contacts: pd.DataFrame,
+    isolated: pd.DataFrame | None,
+    links: Mapping[str, str],
 ) -> Page:
     """Return the page.
 
@@ -38,58 +54,199 @@ def emulsion_page(
     study : SizeStudy
     trust : Trust or None
         None: outlines were not kept.
+    contacts : DataFrame
+        Of `contact_outcomes`.
+    isolated : DataFrame or None
+        Of `isolated_pillar`. None: there is no such line for this run.
+    links : mapping of str to str
+        Names of the files beside the page that it leads to, by what is said of each.
     """
     counts = run.balance
     page = Page(
         "Droplets through an array of pillars",
         f"{counts['start'] + counts['entered']:.0f} droplets in {run.time:.4g} t0: "
-        f"{counts['breakups']:.0f} break-ups, {counts['present']:.0f} droplets present. "
+        f"{counts['breakups']:.0f} break-ups, {counts['merges']:.0f} merges, "
+        f"{counts['present']:.0f} droplets present. "
         f"{_STEADY[study.steady]}",
     )
+    for said, name in links.items():
+        page.link(said, name)
     events, array = run.events, design.array
     page.section("The array")
     for last in deque(run.outline_pieces(), maxlen=1):
-        for color in ("generation", "size"):
-            axes = figures.droplets_in_array(last[-1], array, float(last.times[-1]), color)
-            page.figure(axes, f"The last frame, coloured by {color}.")
+        droplets, time = last[-1], float(last.times[-1])
+        for color, said in _COLORS.items():
+            axes = figures.droplets_in_array(droplets, array, time, color, design.periodic)
+            page.figure(axes, f"The last frame, coloured by {said}.")
+    page.facts(_settings(design, run))
     page.section("Sizes")
     drawn = figures.sizes_over_time(run.sizes, study)
     page.figure(
         drawn, "Shares of the area by diameter against time. Means are taken from the dots on."
     )
     page.figure(figures.size_distribution(study), "Distribution of diameters, standard errors.")
-    page.facts(
-        {
-            "mean diameter (D0)": study.mean_diameter,
-            "the same, weighted by area": study.weighted_diameter,
-            "mean area (D0²)": study.mean_area,
-            "<A²>/<A>²": study.dispersity,
-            "correlation time (t0)": f"{study.correlation_time:.3g}",
-            "blocks": study.blocks,
-            "residence time (t0)": f"{study.residence_time:.3g}",
-            "trend of the mean area, share": study.trend,
-        }
-    )
+    page.facts(_sizes(design, study))
     for remark in study.remarks:
         page.paragraph(remark)
     page.section("Rates")
     page.figure(figures.rates_over_time(events, study), "What happens per t0.")
-    page.facts({**{f"{k} (1/t0)": v for k, v in study.rates.items()}, "growth": study.growth})
+    rates = {f"{k} (1/t0)": v for k, v in study.rates.items() if v.value > 0 or k == "breakup"}
+    balance = {"growth (1/t0)": study.growth}
+    if design.coalescence is not None:
+        balance["merges per break-up"] = study.exchange
+    page.facts({**rates, **balance})
+    if design.coalescence is not None:
+        _tell_merging(page, events, design.coalescence, counts)
     page.section("Contacts and the break-up law")
-    width = array.width
-    contacts = contact_outcomes(events, array.circles, run.parameters, run.time, width)
-    page.figure(
-        figures.contact_breakups(contacts),
-        "Share of the first contacts of a droplet with a pillar that broke it, against Bk of the "
-        "droplet's area and speed at contact; the line is the law of isolated collisions, with the "
-        "separating line of the paper's simulations and w of its experiments.",
-    )
-    page.paragraph(f"{np.sum(~contacts['settled'])} contacts were not settled when the run ended.")
+    _tell_contacts(page, contacts, isolated)
     page.section("Lineage")
-    page.figure(figures.lineage_tree(lineage(events), run.time), "The largest family.")
+    page.figure(
+        figures.lineage_tree(lineage(events), run.time),
+        "The largest family, up to its first 60 droplets. A merged droplet goes on in the line of "
+        "the larger of the two; dotted: the smaller one joins it.",
+    )
     page.section("How far this can be trusted")
     _tell_trust(page, trust, run)
     return page
+
+
+def _tell_merging(
+    page: Page, events: pd.DataFrame, how: Coalescence, counts: dict[str, float]
+) -> None:
+    page.section("Contacts of droplets, and merging")
+    page.paragraph(
+        f"Films drain with K = {how.drainage:g}, which is fitted and not predicted; pairs that "
+        f"part merge at C ≥ {1 - how.separation:g}"
+        + (" times a random number of mean 1." if how.stochastic else ".")
+    )
+    drawn = figures.pair_contacts(events)
+    page.figure(
+        drawn,
+        "How long droplets were in contact, and the clock C of their film at the end, for those "
+        "that merged and those that parted.",
+    )
+    ended = events[events["kind"].isin(("parted", "merge"))]
+    merged = ended[ended["kind"] == "merge"]
+    page.facts(
+        {
+            "contacts of two droplets": f"{counts['touches']:.0f}",
+            "of these merged": f"{len(merged)}",
+            "merges refused, as the droplet would close round a pillar or cross itself": (
+                f"{counts['unmerged']:.0f}"
+            ),
+            "duration of a contact, median (t0)": _median(ended["time"] - ended["since"]),
+            "facing length L at most, median (D0)": _median(ended["facing_length"]),
+        }
+    )
+
+
+def _median(values: pd.Series[float]) -> str:
+    return f"{values.median():.3g}" if len(values) else "no contact ended"
+
+
+def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Page:
+    """Return the page of several runs.
+
+    Parameters
+    ----------
+    table : DataFrame
+        A row a run, of `summary_row`.
+    varied : sequence of str
+        Which of its columns are what was varied.
+    page_name : str
+        Of the page in each run's folder.
+    """
+    page = Page(
+        "Droplets through arrays of pillars",
+        f"{counted(len(table), 'run')}, varied: {', '.join(varied)}.",
+    )
+    page.figure(
+        figures.sizes_over_sweep(table, varied),
+        "Mean diameters against what was varied, standard errors where a run is long enough.",
+    )
+    shown = ["folder", *varied, "mean_diameter", "weighted_diameter", "breakup_rate", "steady"]
+    rows = table[shown].map(lambda v: f"{v:.4g}" if isinstance(v, float) else str(v))
+    page.table(shown, rows.to_numpy().tolist(), "Lengths in D0, rates in 1/t0")
+    for folder in table["folder"]:
+        page.link(f"The page of {folder}", f"{folder}/{page_name}")
+    return page
+
+
+def _settings(design: EmulsionDesign, run: Emulsion) -> dict[str, object]:
+    """Return what was run, for a reader who sees the page alone."""
+    array, p = design.array, run.parameters
+    facts: dict[str, object] = {
+        "pillars": len(array.circles),
+        "share of fluid in the cell": f"{array.porosity:.3f}",
+        "narrowest gap (D0)": f"{array.least_gap:.3g}",
+        "R (D0)": f"{float(np.median(array.circles[:, 2])):.3g}",
+        "z (D0)": f"{design.thickness:.3g}",
+        "Ca_sim": f"{p.simulation_capillary_number:.4g}",
+        "vertices of a droplet of 1 D0": p.vertex_count,
+        "space repeats itself along": " and ".join(design.periodic),
+    }
+    if design.inlet is not None:
+        facts["area fraction at the inlet"] = design.inlet.area_fraction
+    if p.scale is not None:
+        milliseconds = 1e3 * p.scale.time_unit_s
+        facts |= {
+            "D0 (µm)": f"{p.scale.diameter_um:.4g}",
+            "v_f∞ (mm/s)": f"{p.scale.speed_mm_s:.4g}",
+            "t0 (ms)": f"{milliseconds:.4g}",
+        }
+    return facts
+
+
+def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
+    facts: dict[str, object] = {
+        "mean diameter (D0)": study.mean_diameter,
+        "the same, weighted by area": study.weighted_diameter,
+        "mean area (D0²)": study.mean_area,
+        "<A²>/<A>²": study.dispersity,
+        "correlation time (t0)": f"{study.correlation_time:.3g}",
+        "blocks": study.blocks,
+        "residence time (t0)": f"{study.residence_time:.3g}",
+        "trend of the mean area, share": study.trend,
+    }
+    scale = design.parameters.scale
+    if scale is not None:
+        microns = {"mean diameter (µm)": study.mean_diameter}
+        facts |= {
+            name: type(found)(found.value * scale.diameter_um, found.error * scale.diameter_um)
+            for name, found in microns.items()
+        }
+    return facts
+
+
+def _found(value: float) -> str:
+    return "none found" if math.isnan(value) else f"{value:.3g}"
+
+
+def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | None) -> None:
+    law = (
+        "Share of the first contacts of a droplet with a pillar that broke it, against Bk of the "
+        "droplet's area and speed at contact. The line is the law of isolated collisions, with the "
+        "separating line of the paper's simulations and w of its experiments"
+    )
+    if isolated is None:
+        page.figure(figures.contact_breakups(contacts), f"{law}.")
+    else:
+        beside = (
+            "; on the right Bk is divided by that at which a droplet of the same diameter breaks "
+            "on a pillar that stands alone in the same flow."
+        )
+        page.figure(figures.contact_breakups(contacts, isolated), law + beside)
+        page.table(
+            ("diameter (D0)", "S_c alone", "speed at contact (v_f∞)", "Bk there"),
+            isolated.map(_found).to_numpy().tolist(),
+            "A pillar alone in this flow",
+        )
+        page.paragraph(
+            "The paper's line holds for plane Stokes flow and D0/R near 5.66. Where the left panel "
+            "differs from it and the right one does not, the flow and the size are the cause, not "
+            "the neighbours."
+        )
+    page.paragraph(f"{np.sum(~contacts['settled'])} contacts were not settled when the run ended.")
 
 
 def _tell_trust(page: Page, trust: Trust | None, run: Emulsion) -> None:
@@ -109,7 +266,7 @@ def _tell_trust(page: Page, trust: Trust | None, run: Emulsion) -> None:
         )
         page.paragraph(trust.verdict())
     page.paragraph(
-        "Droplets do not merge in this model, and do not disturb the flow. Few break in an open "
+        "Droplets do not disturb the flow. Few break in an open "
         "lattice, because they thread the gaps. Droplets below smallest_breaking do not break, "
         "which cuts off the lower tail of the distribution."
     )

@@ -148,14 +148,15 @@ def law_page(
     )
     summary = (
         f"{source}: {counted(fit.count, 'collision')}, {fit.broke_count:,} of which broke. "
-        "P(break) = x/(1 + x), x = Bk^(1/w), Bk = (Ca Ã z̃)(S/α)^(−1/β); Bk = 1 on the separating "
-        "line S = α (Ca Ã z̃)^β."
+        "On the separating line $S = α (Ca Ã z̃)^β$ the breakup number Bk is 1."
     )
     page = Page("The break-up law", summary, notice)
     if explorer:
         page.link(LINK, explorer)
     else:
         page.paragraph(NO_PAGE)
+    for line in ("P = x/(1 + x)", "x = Bk^(1/w)", "Bk = Ca Ã z̃ (S/α)^(−1/β)"):
+        page.formula(line)
     page.section("Numbers")
     page.table(law_columns(study), law_rows(study))
     for text in _remarks(study):
@@ -193,8 +194,9 @@ def _remarks(study: LawStudy) -> Iterator[str]:
         yield f"The fit accounts for a standard error of {fit.symmetry_noise:g} in S."
     if fit.free:
         yield (
-            "Exponents: Bk ∝ μ^ε_μ v^ε_v γ^(−ε_γ) A^ε1 R^ε2 z^ε3 with 2ε1 + ε2 + ε3 = 0; those "
-            "not listed are 1 (and ε2 = −3). μ, v and γ are relative to 48 mPa s, 1 mm/s, 20 mN/m."
+            "Exponents: $Bk ∝ μ^ε_μ v^ε_v γ^(−ε_γ) A^ε_1 R^ε_2 z^ε_3$ with "
+            "$2ε_1 + ε_2 + ε_3 = 0$; those not listed are 1, and $ε_2 = −3$. "
+            "μ, v and γ are relative to 48 mPa s, 1 mm/s, 20 mN/m."
         )
 
 

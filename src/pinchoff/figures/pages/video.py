@@ -28,14 +28,14 @@ PAGE = "index.html"
 SHEET = "contact_sheet.png"
 
 _MOST_TOLD = 5  # clips whose warnings open the page
-_BEFORE_S = 0.5  # of the film, that are shown before a contact
+_BEFORE_S = 0.5  # frames of the film that are shown before a contact
 
 MOST_SHOWN = 300
 """Collisions that the page shows; the sheet has more of them."""
 
 
 def write_report(result: VideoResult) -> list[Path]:
-    """Write the contact sheet, the page about a batch and that to explore it into its folder.
+    """Write a batch's contact sheet, its page and its live page into its folder.
 
     Returns
     -------
@@ -74,7 +74,7 @@ def write_report(result: VideoResult) -> list[Path]:
 
 
 def _notice(clips: Sequence[ClipOutcome]) -> str:
-    """Return what nobody may overlook: what is wrong with the first clips that have something."""
+    """Return the notice at the top of the page: errors and warnings of the first clips."""
     wrong = [(each.name, each.error or each.result.get("warning", "")) for each in clips]
     told = [f"{name}: {text}" for name, text in wrong if text]
     more = len(told) - _MOST_TOLD

@@ -36,8 +36,8 @@ cores busy; not as many as there are cores, so that results do not depend on tho
 GLANCING = 0.05
 """A scan may end at an unbroken contact of a smaller symmetry than this."""
 
-_MOST_BLOCKS = 8  # by which a scan may grow, each half as long as the scan
-_MOST_ROUNDS = 10  # of closing: a bracket is then a millionth of the scan's spacing
+_MOST_BLOCKS = 8  # a scan may grow by so many blocks, each half as long as the scan
+_MOST_ROUNDS = 10  # rounds of closing; a bracket is then a millionth of the scan's spacing
 
 
 class Trial(NamedTuple):
@@ -136,7 +136,7 @@ class Search:
         return self._sections()
 
     def take(self, trials: Sequence[Trial]) -> None:
-        """Take what came of the offsets that were wanted."""
+        """Take the outcomes at the offsets that were asked for."""
         if self._trials and trials[0].offset > self._trials[-1].offset:
             self._blocks += 1
         elif self._trials:

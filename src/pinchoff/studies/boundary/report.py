@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def boundary_report(line: Boundary, seconds: float) -> tuple[dict[str, Any], LineFit | None]:
-    """Return what goes into fit.json, and the line if there is one.
+    """Return the content of fit.json, and the line if there is one.
 
     Parameters
     ----------

@@ -211,8 +211,8 @@ def boundary(
     workers = thread_count(threads)
     points, varied = _points(base, vary or {})
     searches = [Search(_reach(point), width, scan, _LARGEST_OFFSET) for point in points]
-    shown = wanted_progress(progress)
-    with progress_bar(shown, "separating line", len(points) * (scan + 7)) as show:
+    with_bar = wanted_progress(progress)
+    with progress_bar(with_bar, "separating line", len(points) * (scan + 7)) as show:
         runner = _Runner(points, workers, show, flow)
         brackets = run_searches(searches, runner)
     runs = runner.table()
@@ -222,7 +222,7 @@ def boundary(
 
 
 class _Runner:
-    """Runs what the searches want, and keeps all of it."""
+    """Runs the collisions that the searches ask for, and keeps them."""
 
     def __init__(
         self,
@@ -316,7 +316,7 @@ def _values(name: str, given: object) -> list[Any]:
 
 
 def _reach(point: Parameters) -> float:
-    r"""Return an offset near that of a grazing contact, for the scan to start with.
+    r"""Return an offset near a grazing contact, where the scan starts.
 
     It is the streamline of [paper, eq. v_r fluid], of stream function
     :math:`\psi = y\,(\ln(r/R) - 1/2 + R^2/2r^2)`, which passes the obstacle at D0/2; a droplet that

@@ -13,10 +13,10 @@ from pinchoff.model.simulation import simulate_many
 from pinchoff.studies.calibration.targets import Target
 
 _RANGE = (1.0, 1000.0)  # Ca_sim in which the onset is looked for
-_PARTS = 8  # of the range, and of every bracket
-_WIDTH = 0.002  # of the last bracket, in ln Ca_sim
-_LATEST = 100.0  # t0: a head-on droplet may stay on the obstacle for long before it breaks
-_OFFSET = 1e-6  # D0, so that round-off need not decide when a droplet slides off the obstacle
+_PARTS = 8  # intervals into which the range, then every bracket, is cut
+_WIDTH = 0.002  # width of the last bracket, in ln Ca_sim
+_LATEST = 100.0  # time limit, t0: a head-on droplet may stay on the obstacle for long
+_OFFSET = 1e-6  # start y, D0: at 0 round-off would decide when a droplet slides off
 
 
 @dataclass(frozen=True)

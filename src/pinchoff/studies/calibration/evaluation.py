@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import NonNegativeInt
 
 from pinchoff.model.parameters import Parameters
 from pinchoff.studies.boundary import boundary
@@ -22,6 +23,7 @@ from pinchoff.studies.calibration.targets import Floats, Target
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import written_aside
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
+from pinchoff.support.records import Shape, parsed_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,6 +36,8 @@ LEAST_SYMMETRY = 0.01
 
 UNDECIDED = 10.0
 """Objective of constants that are refused together, or with which guards stop what decides."""
+
+_RULE, _ADVICE = "a file of evaluations", "remove it, or choose another folder"
 
 REFUSED = "refused"
 """Status of every place with constants that the model refuses together."""
@@ -80,7 +84,7 @@ class Evaluation:
 
 
 def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
-    """Return one critical symmetry for the runs of one point, whatever its status.
+    """Return the critical symmetry of one point, also where its status is not "found".
 
     It is the middle between the smallest S that broke and the next smaller one that did not (0
     without one), and at least `LEAST_SYMMETRY`. Where nothing broke it is the thinnest neck of
@@ -172,14 +176,14 @@ class Evaluator:
         return len(self._known)
 
     def parameters(self, changes: Mapping[str, float]) -> Parameters:
-        """Return the model with some constants changed; `CONVERSION` is none of its own."""
+        """Return the model with some constants changed; `CONVERSION` is none of them."""
         constants = {name: value for name, value in changes.items() if name != CONVERSION}
         return self._base.replace(**constants)
 
     def _evaluate(self, changes: Mapping[str, float]) -> Evaluation:
         try:
             model = self.parameters(changes)
-        except InputError:  # each is within its bounds, but not beside the others
+        except InputError:  # values that are allowed one by one, but not together
             count = self._control.size
             nothing = np.full(count, math.nan)
             return Evaluation(dict(changes), UNDECIDED, nothing, (REFUSED,) * count, 0, 0)
@@ -209,17 +213,18 @@ class Evaluator:
     def _take_up(self, path: Path) -> None:
         try:
             lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-            evaluations = [_evaluation(json.loads(line)) for line in lines[1:]]
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            rule = "a file of evaluations"
-            advice = "remove it, or choose another folder"
-            raise InputError.of(str(path), rule, str(error), advice) from None
+        except (OSError, ValueError) as error:
+            raise InputError.of(str(path), _RULE, str(error), _ADVICE) from None
         if not lines or lines[0] != self._lines[0]:
             difference = _difference(lines[0] if lines else "{}", self._lines[0])
             advice = "give the earlier settings, or choose another folder"
             raise InputError.of(
                 str(path), "evaluations of the same calibration", difference, advice
             )
+        evaluations = [
+            _evaluation(line, f"{path}, line {number}", self._control.size)
+            for number, line in enumerate(lines[1:], start=2)
+        ]
         self._lines = lines
         self._known = {_key(evaluation.changes): evaluation for evaluation in evaluations}
 
@@ -245,7 +250,20 @@ def _key(changes: Mapping[str, float]) -> str:
     return json.dumps({name: float(f"{changes[name]:.12g}") for name in sorted(changes)})
 
 
-def _evaluation(content: Mapping[str, Any]) -> Evaluation:
+class _Line(Shape):
+    changes: dict[str, float]
+    objective: float
+    critical_symmetry: list[float | None]
+    status: list[str]
+    runs: NonNegativeInt
+    failed_runs: NonNegativeInt
+
+
+def _evaluation(line: str, place: str, count: int) -> Evaluation:
+    """Read an evaluation of lines with so many places."""
+    content = parsed_record(line, place, _Line, _RULE, _ADVICE)
+    if not len(content["critical_symmetry"]) == len(content["status"]) == count:
+        raise InputError.of(place, f"an evaluation at {count} places", "others", _ADVICE)
     critical = [
         math.nan if symmetry is None else symmetry for symmetry in content["critical_symmetry"]
     ]
@@ -262,7 +280,7 @@ def _evaluation(content: Mapping[str, Any]) -> Evaluation:
 def _difference(before: str, now: str) -> str:
     try:
         old = json.loads(before)
-    except ValueError:
+    except (ValueError, RecursionError):
         return "a file of something else"
     new = json.loads(now)
     names = [name for name in new if not isinstance(old, dict) or old.get(name) != new[name]]

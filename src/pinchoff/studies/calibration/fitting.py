@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -25,6 +26,7 @@ from pinchoff.support.arguments import checked_whole
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
+from pinchoff.support.locks import held_folder
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.progress import progress_bar, wanted_progress
 
@@ -59,14 +61,14 @@ _DEFAULT_FREE = {
 LOG = "evaluations.jsonl"
 
 _FORMAT = 1
-_TOLERANCE = 0.01  # of the place, in parts of the bounds, and
-_FLATNESS = 1e-3  # of the objective, about its roughness from the brackets, at which it ends
-_FIRST_STEP = 0.15  # in parts of the bounds
+_TOLERANCE = 0.01  # the search ends where its places differ by less, in parts of the bounds,
+_FLATNESS = 1e-3  # and its objectives by less: about their roughness from the brackets
+_FIRST_STEP = 0.15  # of the search, in parts of the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(Drawable):
-    """Constants with which the simulated line is nearest to a target, and how firmly.
+    """The constants that bring the simulated line nearest to a target, and their sensitivities.
 
     Attributes
     ----------
@@ -204,7 +206,8 @@ def calibrate(
     Examples
     --------
     >>> import pinchoff as po
-    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, points=3,
+    >>> coarse = po.Parameters(vertex_count=48)
+    >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
     ...                      width=0.02, scan=8, evaluations=6)
     >>> found.best.objective <= found.start.objective
     True
@@ -217,29 +220,30 @@ def calibrate(
     if grid:
         checked_whole("grid", grid, "use 7, or 0 for no landscapes", low=3, high=50)
     control = np.geomspace(*aim.control_range, points)
-    evaluator = Evaluator(
-        aim,
-        model,
-        control,
-        width=width,
-        scan=scan,
-        threads=thread_count(threads),
-        settings=_settings(aim, model, bounds, points, width, scan),
-        path=None if out is None else Path(out) / LOG,
-    )
-    shown = wanted_progress(progress)
-    pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
-    total = 1 + evaluations + len(pairs) * grid**2
-    with progress_bar(shown, "evaluations", total) as show:
-        evaluator.on_evaluation = show
-        start = evaluator(_values_of(bounds, model))
-        best, converged = _search(evaluator, bounds, start, evaluations)
-        surfaces = [
-            landscape(evaluator, best, names, _grid_of(names, bounds, model, grid))
-            for names in pairs
-        ]
-        evaluator.on_evaluation = None
-        table = sensitivity_table(evaluator, best)
+    with nullcontext() if out is None else held_folder(Path(out)):
+        evaluator = Evaluator(
+            aim,
+            model,
+            control,
+            width=width,
+            scan=scan,
+            threads=thread_count(threads),
+            settings=_settings(aim, model, bounds, points, width, scan),
+            path=None if out is None else Path(out) / LOG,
+        )
+        with_bar = wanted_progress(progress)
+        pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
+        total = 1 + evaluations + len(pairs) * grid**2
+        with progress_bar(with_bar, "evaluations", total) as show:
+            evaluator.on_evaluation = show
+            start = evaluator(_values_of(bounds, model))
+            best, converged = _search(evaluator, bounds, start, evaluations)
+            surfaces = [
+                landscape(evaluator, best, names, _grid_of(names, bounds, model, grid))
+                for names in pairs
+            ]
+            evaluator.on_evaluation = None
+            table = sensitivity_table(evaluator, best)
     parameters = evaluator.parameters(best.changes)
     return Calibration(
         target=aim,

@@ -29,7 +29,7 @@ CONSTANTS = (
 )
 """Constants whose sensitivity is looked at."""
 
-_STEP = 1.2  # factor up and down
+_STEP = 1.2  # factor by which each constant is raised and lowered
 _VERTEX_STEP = 1.25
 _VERTEX_MULTIPLE = 4  # N_v is kept to multiples of it
 
@@ -128,7 +128,7 @@ def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
 
 
 def _ends(name: str, model: Parameters) -> tuple[float, float]:
-    """Return values below and above that of the model, or its own where one is not allowed."""
+    """Return a value below and one above the model's; the model's own where one is not allowed."""
     value = getattr(model, name)
     if name == "vertex_count":
         steps = (value / _VERTEX_STEP, value * _VERTEX_STEP)

@@ -16,7 +16,7 @@ from pinchoff.support.progress import Show
 if TYPE_CHECKING:
     from distributed import Client
 
-_TASKS_A_THREAD = 4  # that wait on the cluster, so that no worker runs dry
+_TASKS_A_THREAD = 4  # tasks that wait for each thread, so that no worker runs dry
 _SECONDS_TO_CONNECT = 10
 
 

@@ -7,27 +7,38 @@ other files begin with ``_`` or ``.``, which readers of Parquet datasets pass ov
 from __future__ import annotations
 
 import json
-import os
-import sys
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pyarrow as pa
 import pyarrow.parquet as pq
+from pydantic import PositiveInt
 
 from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_checksums
 from pinchoff.studies.sweep.design import SweepDesign
-from pinchoff.support.errors import InputError, PinchoffError
+from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
+from pinchoff.support.locks import held_folder
+from pinchoff.support.records import Shape, read_record
 
 MANIFEST = "_sweep.json"
 
 _FORMAT = 1
 _ELSEWHERE = "choose another folder"
+
+
+class _Manifest(Shape):
+    format: Literal[1]
+    pinchoff_version: str
+    configuration_hash: str
+    configuration: dict[str, Any]
+    count: PositiveInt
+    part_size: PositiveInt
+    last_point: dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -124,34 +135,13 @@ def read_manifest(path: Path) -> dict[str, Any] | None:
     InputError
         It cannot be read.
     """
+    place = path / MANIFEST
     try:
-        manifest: dict[str, Any] = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        return None
-    except (OSError, ValueError) as error:
-        got = f"an unreadable one ({error})"
-        raise InputError.of(f"{path / MANIFEST}", "a manifest", got, _ELSEWHERE) from None
-    if not _is_manifest(manifest):
-        got = "something else"
-        raise InputError.of(f"{path / MANIFEST}", "a sweep's manifest", got, _ELSEWHERE)
-    return manifest
-
-
-def _is_manifest(read: object) -> bool:
-    kinds = {
-        "pinchoff_version": str,
-        "configuration_hash": str,
-        "configuration": dict,
-        "count": int,
-        "part_size": int,
-        "last_point": dict,
-    }
-    return (
-        isinstance(read, dict)
-        and read.get("format") == _FORMAT
-        and all(isinstance(read.get(name), kind) for name, kind in kinds.items())
-        and min(read["count"], read["part_size"]) > 0
-    )
+        if not place.exists():
+            return None
+    except OSError:
+        return None  # say, a name too long: whoever makes the folder says so
+    return read_record(place, _Manifest, "a sweep's manifest", _ELSEWHERE)
 
 
 @contextmanager
@@ -163,7 +153,7 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
     InputError
         The folder cannot be written to, holds something else, or another process writes to it.
     """
-    with _made_and_locked(path):
+    with held_folder(path):
         manifest = read_manifest(path)
         if manifest is None:
             _require_empty(path)
@@ -173,9 +163,6 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
                     json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
                 )
         require_same(manifest, design, path)
-        with _writable(path):
-            for leftover in [*path.glob(".part-*"), *path.glob("._sweep*")]:
-                leftover.unlink()
         yield SweepDataset(path, manifest["count"], manifest["part_size"])
 
 
@@ -226,6 +213,9 @@ def require_same(manifest: Mapping[str, Any], design: SweepDesign, path: Path) -
             f"{changes[0]}{more}",
             f"undo the change, or choose another folder than {path}",
         )
+    if manifest["count"] != len(design):
+        got, advice = f"{manifest['count']} points there", f"choose another folder than {path}"
+        raise InputError.of("out", f"a folder for {len(design)} points", got, advice)
     if manifest["last_point"] != _probe(design):
         raise InputError.of(
             "out",
@@ -269,34 +259,10 @@ def _writable(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
+        if is_full(error):
+            raise refused_by_system(error) from error
         got = f"{path} ({error.strerror})"
         raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
-
-
-@contextmanager
-def _made_and_locked(path: Path) -> Iterator[None]:
-    """Make the folder and keep other sweeps out; the system unlocks it when a process dies."""
-    with _writable(path):
-        path.mkdir(parents=True, exist_ok=True)
-    if sys.platform == "win32":  # no locks on folders
-        yield
-        return
-    import fcntl
-
-    with _writable(path):
-        folder = os.open(path, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError.of(
-                "out", "a folder for one sweep at a time", f"{path}, in use", "wait for the other"
-            ) from None
-        except OSError:
-            pass  # a file system without locks: parts still appear complete or not at all
-        yield
-    finally:
-        os.close(folder)
 
 
 def remove_sweep(path: Path) -> None:

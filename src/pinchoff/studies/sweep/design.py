@@ -173,8 +173,8 @@ class SweepDesign:
     @functools.cached_property
     def configuration(self) -> dict[str, Any]:
         """All that decides the points, fit for JSON; equal for designs with equal points."""
-        shown = self.point(0).model_dump(mode="json")
-        fixed = {name: shown[name] for name in sorted(self.constants)}
+        first_point = self.point(0).model_dump(mode="json")
+        fixed = {name: first_point[name] for name in sorted(self.constants)}
         kept = {name: value for name, value in fixed.items() if value != DEFAULTS.get(name)}
         sample = {} if self.kind == "grid" else {"samples": self.samples, "seed": self.seed}
         return {
@@ -182,7 +182,7 @@ class SweepDesign:
             **sample,
             "parameters": kept,
             **({} if self.physical is None else {"physical": self.physical}),
-            # In a grid the order decides which point has which number.
+            # The order of a grid's axes numbers its points.
             "vary": {axis.name: axis.configuration for axis in self.axes},
         }
 

@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pinchoff.model.results import warn_of_failures
+from pinchoff.model.guards import warn_of_failures
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.sweep.cluster import on_cluster
 from pinchoff.studies.sweep.dataset import SweepDataset, opened, read_manifest, require_same
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-_RUNS_A_THREAD = 32  # that one batch gives each thread, so that few wait for the slowest run
+_RUNS_A_THREAD = 32  # runs for each thread in a batch: so many that few wait for the slowest
 
 
 class SweepResult(NamedTuple):
@@ -101,14 +101,14 @@ def sweep(
     design = _design(config)
     path = Path(out)
     workers = _workers(threads, client)
-    shown = wanted_progress(progress)
-    _check(design, path, shown)
+    with_bar = wanted_progress(progress)
+    _check(design, path, with_bar)
     failed = 0
     with opened(path, design) as dataset:
         missing = dataset.missing_parts()
         rows = sum(len(dataset.rows_of(part)) for part in missing)
         start = dataset.count - rows
-        with progress_bar(shown, "collisions", dataset.count, start=start, unit="runs") as show:
+        with progress_bar(with_bar, "collisions", dataset.count, start=start, unit="runs") as show:
             if client is None:
                 parts = _on_threads(design, dataset, missing, workers, show)
             else:

@@ -151,7 +151,7 @@ def _sequence(folder: Path, files: Sequence[Path]) -> tuple[list[_Numbered], lis
     for path in files:
         by_pattern[re.sub(r"\d+", "#", path.name.lower())].append(path)
     longest = max(by_pattern, key=lambda pattern: (len(by_pattern[pattern]), pattern))
-    if "#" not in longest:  # no numbers: their names tell the order
+    if "#" not in longest:  # without numbers, the names give the order
         numbered = [_Numbered(path, k) for k, path in enumerate(sorted(files))]
         return numbered, []
     own = by_pattern[longest]

@@ -146,7 +146,7 @@ class EnclosedSegmenter:
     def learned(
         cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
     ) -> EnclosedSegmenter:
-        """Return one for a clip, after a sample of its frames."""
+        """Return a segmenter for a clip, made from a sample of its frames."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
@@ -348,7 +348,7 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
 
 
 def _needed_levels(seen: Sequence[Sequence[_Region]]) -> tuple[float, ...]:
-    """Return as few levels as show every region twice, or once where only one shows it.
+    """Return the fewest levels that show every region twice (once if one level alone shows it).
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ class SpotSegmenter:
     def learned(
         cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
     ) -> SpotSegmenter:
-        """Return one for a clip, after a sample of its frames."""
+        """Return a segmenter for a clip, made from a sample of its frames."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
         scene = Scene(noise, (), outside_view(images), np.empty((0, 3)))

@@ -18,9 +18,9 @@ Pixels = NDArray[np.uint8]
 OVERSAMPLING = 4
 """Finer pixels a pixel's side, on which outlines are drawn and averaged."""
 
-_FRACTION_BITS = 8  # of OpenCV's coordinates: 1/256 of a finer pixel
+_FRACTION_BITS = 8  # binary places of OpenCV's coordinates: 1/256 of a finer pixel
 _MARGIN = 2  # pixels round an outline
-_BLUR_REACH = 4.0  # standard deviations, beyond which a pixel's light does not reach
+_BLUR_REACH = 4.0  # standard deviations: a pixel's light does not reach farther
 _NOISE_LENGTH, _NOISE_FRAMES = 1 << 22, 4  # numbers, and frames of them, that noise is taken from
 
 Window = tuple[slice, slice]
@@ -46,7 +46,7 @@ class Canvas:
         self._ring_px = microscope.ring_width_um / microscope.pixel_size_um
         self._empty = self._background(obstacles)
         self._light = cv2.merge([self._uneven_light() * self._dust()] * 3)
-        self._lit_empty: tuple[float, Image] | None = None  # at some blur
+        self._lit_empty: tuple[float, Image] | None = None  # blur, and how it looks with it
         pixels = microscope.height * microscope.width
         length = max(_NOISE_LENGTH, _NOISE_FRAMES * pixels)
         self._noise = self._random.standard_normal(length, dtype=np.float32)
@@ -198,21 +198,21 @@ def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Wi
     low = np.floor(outline.min(axis=0)).astype(int) - _MARGIN
     high = np.ceil(outline.max(axis=0)).astype(int) + _MARGIN + 1
     width, height = (high - low).tolist()
-    fine = np.zeros((height * OVERSAMPLING, width * OVERSAMPLING), dtype=np.uint8)
+    inside_finely = np.zeros((height * OVERSAMPLING, width * OVERSAMPLING), dtype=np.uint8)
     # Pixel k spans k - 1/2 to k + 1/2; finer pixels likewise, hence the halves.
     points = (outline - low + 0.5) * OVERSAMPLING - 0.5
     fixed = [np.rint(points * (1 << _FRACTION_BITS)).astype(np.int32)]
     # OpenCV fills all finer pixels that the outline runs through: half of each is outside.
-    cv2.fillPoly(fine, fixed, 255, shift=_FRACTION_BITS)
-    cv2.polylines(fine, fixed, True, 128, shift=_FRACTION_BITS)
+    cv2.fillPoly(inside_finely, fixed, 255, shift=_FRACTION_BITS)
+    cv2.polylines(inside_finely, fixed, True, 128, shift=_FRACTION_BITS)
     # The outline runs through the finer pixels at 128, from which the depth is counted.
-    depth = cv2.distanceTransform(cv2.compare(fine, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
+    depth = cv2.distanceTransform(cv2.compare(inside_finely, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
     core = cv2.convertScaleAbs(np.maximum(depth - (ring_px * OVERSAMPLING - 0.5), 0.0), alpha=255)
     rows, in_rows = _overlap(int(low[1]), height, size[1])
     columns, in_columns = _overlap(int(low[0]), width, size[0])
     inside, core = (
-        cv2.resize(fine_share, (width, height), interpolation=cv2.INTER_AREA)[in_rows, in_columns]
-        for fine_share in (fine, core)
+        cv2.resize(finely, (width, height), interpolation=cv2.INTER_AREA)[in_rows, in_columns]
+        for finely in (inside_finely, core)
     )
     return (rows, columns), inside * np.float32(1 / 255), core * np.float32(1 / 255)
 

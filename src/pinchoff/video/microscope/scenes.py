@@ -21,7 +21,7 @@ GAP_PX = 14.0
 
 _STAGGER = 0.08  # of the length in view: neighbouring obstacles stand this far apart along the flow
 _MOST_FRAMES = 2_000  # a droplet that takes longer to pass stays at its obstacle
-_STAY_SHOWN = 300  # frames for which it is shown
+_STAY_SHOWN = 300  # frames for which such a droplet is shown
 
 
 @dataclass(frozen=True, eq=False)

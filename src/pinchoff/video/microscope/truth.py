@@ -130,9 +130,12 @@ class _Looker:
         for frame in range(contact, last + 1):
             droplets = self._droplets(frame)
             end = frame
-            cut = cut or any(self._is_cut(each) for each in droplets)
+            cut = cut or any(self._is_cut(outline) for outline in droplets)
             if len(droplets) > 1:
-                breakup, daughters = frame, [_core.area(each) * px**2 for each in droplets[:2]]
+                breakup, daughters = (
+                    frame,
+                    [_core.area(outline) * px**2 for outline in droplets[:2]],
+                )
                 break
             shape = max(shape, _core.shape_parameter(droplets[0]))
             thickness = thinnest_neck(densified(droplets[0], _SPACING_PX))[0] * px
@@ -164,7 +167,7 @@ class _Looker:
 
     def _velocity(self, frame: int) -> tuple[float, float]:
         """Return the velocity of the centre of mass as the run has it, mm/s."""
-        step = 0.05  # of a frame
+        step = 0.05  # frames
         before, after = (
             np.array(_core.centroid(self._droplets(frame + shift)[0])) for shift in (-step, step)
         )

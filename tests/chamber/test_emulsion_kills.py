@@ -1,0 +1,85 @@
+"""A run of many droplets killed at random moments: the same bytes in the end."""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+pytest.importorskip("skfem", reason="its extra is not installed")
+
+CONFIG = """
+time = 25
+interval = 0.25
+checkpoint = 1
+smallest_breaking = 0.3
+seed = 3
+[parameters]
+simulation_capillary_number = 60
+vertex_count = 48
+[array]
+kind = "staggered"
+rows = 3
+columns = 6
+radius = 0.3
+gap = 1.0
+before = 3
+behind = 2
+[flow]
+thickness = 0.5
+[inlet]
+area_fraction = 0.3
+diameters = [0.8, 1.0]
+"""
+PROGRAM = """
+import sys
+from pathlib import Path
+from pinchoff.chamber.emulsion_design import EmulsionDesign
+design = EmulsionDesign.from_toml(sys.argv[1])
+design.run(design.flow(), Path(sys.argv[2]))
+"""
+
+
+def command(folder, out):
+    return [sys.executable, "-c", PROGRAM, str(folder / "c.toml"), str(out)]
+
+
+def digests(out):
+    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in out.iterdir()}
+
+
+def kill_and_go_on(folder, kills, seed):
+    (folder / "c.toml").write_text(CONFIG)
+    began = time.monotonic()
+    subprocess.run(command(folder, folder / "whole"), check=True, capture_output=True)
+    length = time.monotonic() - began
+    moments = random.Random(seed)
+    hits = 0
+    for _ in range(kills):
+        program = subprocess.Popen(
+            command(folder, folder / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+        )
+        time.sleep(moments.uniform(0.1, 0.9) * length)
+        program.send_signal(signal.SIGKILL)
+        hits += program.wait() == -signal.SIGKILL
+    subprocess.run(command(folder, folder / "killed"), check=True, capture_output=True)
+    assert hits
+    whole = digests(folder / "whole")
+    assert len(whole) > 70
+    assert digests(folder / "killed") == whole
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
+def test_killed_twice_it_ends_with_the_same_bytes(tmp_path):
+    kill_and_go_on(tmp_path, kills=2, seed=0)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="there is no SIGKILL")
+def test_killed_twenty_times_it_ends_with_the_same_bytes(tmp_path):
+    kill_and_go_on(tmp_path, kills=20, seed=1)

@@ -1,0 +1,55 @@
+"""Several runs from one file."""
+
+from __future__ import annotations
+
+import copy
+
+import pytest
+
+from pinchoff.chamber.emulsion_sweep import sweep_runs
+
+BASE = {
+    "time": 5,
+    "parameters": {"simulation_capillary_number": 60},
+    "array": {"kind": "square", "rows": 2, "columns": 2, "radius": 0.3, "gap": 1.0},
+    "flow": {"thickness": 0.5},
+    "droplets": {"area_fraction": 0.2},
+}
+
+
+def runs(**sweep):
+    return sweep_runs({**copy.deepcopy(BASE), "sweep": sweep})
+
+
+def test_every_combination_is_run_in_a_folder_of_its_own():
+    found = runs(**{"array.gap": [0.9, 1.2], "seed": [1, 2, 3]})
+    assert [one.folder for one in found] == [f"run-{k:04d}" for k in range(6)]
+    assert [tuple(one.values.values()) for one in found[:2]] == [(0.9, 1), (0.9, 2)]
+    assert found[3].design.array.least_gap == pytest.approx(1.2)
+    assert (found[0].design.droplets != found[1].design.droplets).any()
+
+
+def test_a_key_may_be_written_with_and_without_quotes():
+    quoted = runs(**{"parameters.simulation_capillary_number": [20, 40]})
+    plain = runs(parameters={"simulation_capillary_number": [20, 40]})
+    for a, b in zip(quoted, plain, strict=True):
+        assert a.values == b.values
+        assert a.design.parameters == b.design.parameters
+    assert quoted[1].design.parameters.simulation_capillary_number == 40
+
+
+@pytest.mark.parametrize(
+    ("sweep", "argument", "word"),
+    [
+        ({}, "sweep", "a table"),
+        ({"seed": 1}, "sweep.seed", "a list"),
+        ({"array.gap": []}, "sweep.array.gap", "a list"),
+        ({"array.gap": [1.0, -1.0]}, "array.gap", "in run 1 (array.gap = -1.0)"),
+        ({"array.gapp": [1.0]}, "array.gapp", "a key of"),
+        ({"time.x": [1.0]}, "sweep.time.x", "a key of a table"),
+        ({"seed": list(range(1001))}, "sweep", "at most 1000"),
+    ],
+)
+def test_a_wrong_sweep_is_refused_before_anything_runs(sweep, argument, word, refused):
+    error = refused(argument, runs, **sweep)
+    assert word in str(error)
