@@ -70,8 +70,8 @@ def _rim(core: float, rim: Floats, beyond: Floats) -> Floats:
         Just within the outline, and outside.
     """
     darkest = rim.min(axis=1)
-    depth = core - darkest
-    ended = np.minimum(core, beyond.max(axis=1)) - darkest
+    depth: Floats = core - darkest
+    ended: Floats = np.minimum(core, beyond.max(axis=1)) - darkest
     if np.mean(ended >= _FAINT * max(float(np.median(depth)), 0.0)) >= _ENDED:
         return depth
     return ended

@@ -60,6 +60,7 @@ _VIEW_SHARE, _VIEW_PX = 0.7, 2.0  # of the rim's width, pixels: no farther from 
 _SAME = 0.5  # ratio of areas above which two interiors are one droplet at two levels
 _CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
 _GAP_SIZE = 0.25  # of the droplets about it: a smaller region that is not round is a gap
+_AS_SMALL = 1.5  # times the usual area: no larger is what the frame cuts of a droplet
 _GAP_SHARED = 0.4  # least share of a gap's border that droplets are beyond
 _GAP_ROUNDNESS = 0.8  # of the area, that of the largest disc within
 
@@ -230,10 +231,9 @@ class EnclosedSegmenter:
         height, width = dark.shape
         owner = _owners(regions, dark.shape)
         widths = [_rim_widths(region.width, region.border.at_edge) for region in regions]
-        # What the frame cuts may be all that lies beyond a wall.
-        whole = np.array([not region.border.at_edge.any() for region in regions])
+        like_others = _like_others(regions)
         gaps = [
-            _is_gap(region, _beyond(away, region.border, owner, number), regions, whole)
+            _is_gap(region, _beyond(away, region.border, owner, number), regions, like_others)
             for number, (region, away) in enumerate(zip(regions, widths, strict=True))
         ]
         if any(gaps):
@@ -407,8 +407,20 @@ def _is_surroundings(other: _Region, region: _Region) -> bool:
     return bool(other.border.at_edge.any()) and other.area * _GAP_SIZE > region.area
 
 
+def _like_others(regions: Sequence[_Region]) -> Bools:
+    """Return which regions may be droplets: the frame does not cut them, or they are as small.
+
+    What is cut and larger may be all that lies beyond a wall.
+    """
+    whole = np.array([not region.border.at_edge.any() for region in regions])
+    areas = np.array([region.area for region in regions])
+    usual = float(np.median(areas[whole])) if whole.any() else 0.0
+    alike: Bools = whole | (areas <= _AS_SMALL * usual)
+    return alike
+
+
 def _is_gap(
-    region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region], whole: Bools
+    region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region], like_others: Bools
 ) -> bool:
     """Return whether a region is what packed droplets leave between them.
 
@@ -418,10 +430,10 @@ def _is_gap(
     beyond : ndarray, shape (n,)
         What `_beyond` returns.
     regions : sequence of _Region
-    whole : ndarray of bool, shape (len(regions),)
-        Which of them the frame does not cut.
+    like_others : ndarray of bool, shape (len(regions),)
+        What `_like_others` returns.
     """
-    others = beyond[(beyond >= 0) & whole[beyond]]
+    others = beyond[(beyond >= 0) & like_others[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
     around = [regions[number].area for number in np.unique(others).tolist()]
