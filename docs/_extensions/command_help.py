@@ -12,6 +12,7 @@ from sphinx.util.docutils import SphinxDirective
 from pinchoff.cli import app as command_line
 
 _MARKUP = re.compile(r"\\\[|\[/?(?:bold|dim)\]")
+_OPTION = re.compile(r"(?<![\w-])(--[a-z][a-z-]*)")
 _LIST = re.compile(r"^- ", flags=re.M)
 
 
@@ -71,13 +72,18 @@ def _prose(text: str) -> list[nodes.Node]:
         elif _LIST.match(block.lstrip()):
             items = [" ".join(item.split()) for item in _LIST.split(block) if item.strip()]
             found.append(
-                nodes.bullet_list(
-                    "", *(nodes.list_item("", nodes.paragraph("", item)) for item in items)
-                )
+                nodes.bullet_list("", *(nodes.list_item("", _paragraph(item)) for item in items))
             )
         else:
-            found.append(nodes.paragraph("", " ".join(block.split())))
+            found.append(_paragraph(" ".join(block.split())))
     return found
+
+
+def _paragraph(text: str) -> nodes.paragraph:
+    """Return a paragraph in which the names of options are literal."""
+    parts = _OPTION.split(text)
+    shown = [nodes.literal("", p) if k % 2 else nodes.Text(p) for k, p in enumerate(parts)]
+    return nodes.paragraph("", "", *shown)
 
 
 def _entry(command: str, parameter: Any) -> nodes.definition_list_item:
@@ -93,7 +99,7 @@ def _entry(command: str, parameter: Any) -> nodes.definition_list_item:
     said = _plain(parameter.help or "")
     if parameter.show_default and parameter.default not in (None, False, ...):
         said += f" [default: {parameter.default}]"
-    return nodes.definition_list_item("", term, nodes.definition("", nodes.paragraph("", said)))
+    return nodes.definition_list_item("", term, nodes.definition("", _paragraph(said)))
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

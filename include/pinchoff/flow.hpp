@@ -77,9 +77,10 @@ struct BrinkmanFlow {
         for (int first = 0; first < ring.padded; first += kWidth) {
             const Lanes dx = load(ring.x + first) - x, dy = load(ring.y + first) - y;
             const Lanes r2 = dx * dx + dy * dy, inverse2 = 1.0 / r2, none{};
-            double t[kWidth];
+            double t[kWidth], inverse[kWidth];
             int cell[kWidth];
-            for (int l = 0; l < kWidth; ++l) cell[l] = locate(inverse2[l], t[l]);
+            store(inverse, inverse2);
+            for (int l = 0; l < kWidth; ++l) cell[l] = locate(inverse[l], t[l]);
             // The coefficients of one vertex lie side by side; those of one kind are wanted so.
             Lanes c[kCoefficients];
             for (int k = 0; k < kCoefficients; k += kWidth) {

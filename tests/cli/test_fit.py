@@ -222,3 +222,22 @@ def test_virtual_refuses_by_name(tmp_path, monkeypatch, capsys, options, argumen
     assert main(["virtual", *options]) == 2
     assert FORM.fullmatch(capsys.readouterr().err)["argument"] == argument
     assert not list(tmp_path.iterdir())
+
+
+def test_virtual_simulates_in_another_reading_of_ca(tmp_path, capsys):
+    """As the library does with such parameters; without the engine they mean nothing."""
+    out = tmp_path / "film.parquet"
+    reading = {"ca_conversion": "fixed-film", "ca_speed": "contact"}
+    given = [text for name, value in reading.items() for text in ("--set", f"{name}={value}")]
+    words = ["virtual", "--engine", "--rows", "12", "--symmetry-noise", "0", "--out", str(out)]
+    assert main([*words, *given]) == 0
+    base = po.Parameters(**reading)
+    options = {"outcomes": "engine", "symmetry_noise": 0, "progress": False}
+    expected = po.virtual_experiment(1, 12, base=base, **options)
+    table = po.read_collisions(out)
+    np.testing.assert_array_equal(table["capillary_number"], expected["capillary_number"])
+    plain = po.virtual_experiment(1, 12, **options)
+    assert (plain["capillary_number"] != expected["capillary_number"]).any()
+    capsys.readouterr()
+    assert main(["virtual", *given, "--out", str(tmp_path / "none.parquet")]) == 2
+    assert "left out without --engine" in capsys.readouterr().err

@@ -157,7 +157,7 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
     (tmp_path / "text.mp4").write_text("no video")
     out = tmp_path / "out"
     assert main(["video", str(tmp_path / "text.mp4"), *LABORATORY, "--out", str(out)]) == 2
-    assert "CLIPS must be measurable" in capsys.readouterr().err
+    assert "FILES must be measurable" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -112,6 +112,25 @@ def test_numbers_of_engine_and_law(found):
     assert 8e-5 < found["Ca per Ca_sim"].value < 1e-4
 
 
+def test_front_tracking_stands_beside_what_both_models_simulate(found):
+    """Its own numbers, with verdicts of their own; the springs' constants have none there."""
+    beside = {name for name, number in found.items() if number.front}
+    assert beside == {
+        "prefactor α, simulations",
+        "exponent β, simulations",
+        "Ca per Ca_sim",
+        "simulated A1/A2 below S/(2 − S)",
+    }
+    for name in beside:
+        assert found[name].front_verdict in ("agrees", "differs")
+        assert "front tracking: engine" in found[name].how
+    alpha = found["prefactor α, simulations"]
+    assert alpha.front != alpha.ours
+    assert float(alpha.front) == pytest.approx(0.086, abs=0.006)
+    assert found["exponent β, simulations"].front_verdict == "agrees"
+    assert found["slope of ln S_c against ln μ̃"].front == ""
+
+
 def test_what_rests_on_synthetic_data_says_so(found):
     for name in ("prefactor α, experiments", "exponent ε2 of R", "orders of magnitude of Bk"):
         assert "synthetic data" in found[name].how

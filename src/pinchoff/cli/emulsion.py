@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
 CONTACTS, SWEEP = "collisions.parquet", "sweep.csv"
+_MEASURED = (
+    *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
+    *("growth", "exchange", "trend"),
+)
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
@@ -200,9 +204,7 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: boo
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    names = ("mean_diameter", "weighted_diameter", "mean_area", "dispersity")
-    names += ("growth", "exchange", "trend")
-    numbers = {name: dict(getattr(study, name)._asdict()) for name in names}
+    numbers = {name: dict(getattr(study, name)._asdict()) for name in _MEASURED}
     rates = {kind: rate._asdict() for kind, rate in study.rates.items()}
     report: dict[str, Any] = {
         **numbers,

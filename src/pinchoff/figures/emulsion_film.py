@@ -19,6 +19,7 @@ from pinchoff.figures.emulsion_figures import diameter_of, draw_pillars, droplet
 from pinchoff.figures.scene import Scale
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 from pinchoff.video.writing import ClipWriter, Pixels
 
 if TYPE_CHECKING:
@@ -128,7 +129,7 @@ class _Stage:
         draw_pillars(self._axes, array, periodic)
         self._axes.set(xticks=[], yticks=[])
         self._axes.spines[:].set_visible(False)
-        self._colors = ScalarMappable(Normalize(0.0, largest), palette.ORDERED_MAP)
+        self._colors = ScalarMappable(Normalize(0.0, largest * scale.length), palette.ORDERED_MAP)
         middle = 0.5 * _FOOT / height
         self._label = figure.text(0.02, middle, "", va="center")
         self._draw_foot(figure, middle)
@@ -140,7 +141,8 @@ class _Stage:
         bar = figure.colorbar(self._colors, cax=place, orientation="horizontal")
         bar.ax.tick_params(labelsize="x-small", pad=1)
         bar.ax.minorticks_off()
-        figure.text(0.49, middle, "diameter ($D_0$)", va="center", ha="right", fontsize="small")
+        diameter = f"diameter ({self._scale.length_unit})"
+        figure.text(0.49, middle, diameter, va="center", ha="right", fontsize="small")
         extent = self._array.length * self._scale.length
         length = 10.0 ** math.floor(math.log10(0.2 * extent))
         length *= max(k for k in (1.0, 2.0, 5.0) if k * length <= 0.2 * extent)
@@ -155,13 +157,14 @@ class _Stage:
     def picture(self, outlines: Outlines, frame: int, time: float) -> Pixels:
         """Return one frame: (height, width, 3) of red, green and blue."""
         droplets = outlines[frame]
-        sizes = np.array([diameter_of(droplet.vertices) for droplet in droplets])
+        sizes = self._scale.length * np.array([diameter_of(one.vertices) for one in droplets])
         if self._droplets is not None:
             self._droplets.remove()
         shades = self._colors.to_rgba(sizes)
         shapes = droplet_shapes(droplets, self._array, self._periodic, shades, rim=0.9)
         self._droplets = self._axes.add_collection(shapes, autolim=False)
-        count = f"{len(droplets)} droplet{'s' if len(droplets) != 1 else ''}"
-        self._label.set_text(f"{self._scale.time_label(time)}   {count}")
+        self._label.set_text(
+            f"{self._scale.time_label(time)}   {counted(len(droplets), 'droplet')}"
+        )
         self._canvas.draw()
         return np.ascontiguousarray(np.asarray(self._canvas.buffer_rgba())[..., :3])

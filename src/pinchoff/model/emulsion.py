@@ -453,8 +453,9 @@ class Emulsion:
         names = [_KINDS[int(code)] for code in events["kind"]]
         kinds = pd.Categorical(names, categories=list(_KINDS))
         guards, values, times = events["guard"], events["guard_value"], events["time"]
+        springs = self.parameters.model == SPRINGS
         reasons = [
-            "" if math.isnan(g) else guard_message(_core.GUARDS[int(g)], value, at)
+            "" if math.isnan(g) else guard_message(_core.GUARDS[int(g)], value, at, springs=springs)
             for g, value, at in zip(guards, values, times, strict=True)
         ]
         self._reasons += [r for r, k in zip(reasons, kinds, strict=True) if k == "retired"]

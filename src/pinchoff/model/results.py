@@ -15,6 +15,7 @@ from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.model.guards import guard_message
+from pinchoff.model.parameters import SPRINGS
 from pinchoff.support.drawing import Drawable, artist
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.numerals import counted
@@ -26,11 +27,6 @@ if TYPE_CHECKING:
     from pinchoff.model.parameters import Parameters
 
 _FAILED = OUTCOMES.index("failed")
-
-
-def _has_springs(parameters: Parameters) -> bool:
-    """Tell the paper's model from its limit without springs."""
-    return parameters.line_tension is not None
 
 
 def run_columns(
@@ -197,7 +193,7 @@ def _reject_reasons(
     for i in np.flatnonzero(result["outcome"] == _FAILED).tolist():
         guard = _core.GUARDS[int(result["guard"][i])]
         value, time = result["guard_value"][i], result["guard_time"][i]
-        reasons[i] = guard_message(guard, value, time, springs=_has_springs(parameters[i]))
+        reasons[i] = guard_message(guard, value, time, springs=parameters[i].model == SPRINGS)
     return reasons
 
 
@@ -468,7 +464,7 @@ def collision_of(
         guard = _core.GUARDS[int(result["guard"])]
         value, time = result["guard_value"], result["guard_time"]
         raise SimulationError(
-            guard_message(guard, value, time, springs=_has_springs(parameters)),
+            guard_message(guard, value, time, springs=parameters.model == SPRINGS),
             guard=guard,
             value=value,
             time=time,

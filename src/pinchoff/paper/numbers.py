@@ -23,6 +23,7 @@ from pinchoff.paper.verdicts import (
     SIMULATED,
     Kind,
     Number,
+    beside,
     estimated,
     four_digits,
     ordered,
@@ -50,12 +51,22 @@ def numbers(study: Study) -> list[Number]:
         _law,
         _exponents,
         _simulations,
+        _springs,
         _breakup_number,
         _geometry,
-        _necks_and_daughters,
+        _necks,
         _scales,
     )
     return [number for part in parts for number in part(study)]
+
+
+def _simulations(study: Study) -> Iterator[Number]:
+    """What both models simulate, side by side."""
+    fronts = study.with_fronts()
+    for part in (_line, _daughters):
+        front = {number.name: number for number in part(fronts)}
+        for number in part(study):
+            yield beside(number, front.get(number.name))
 
 
 def _law(study: Study) -> Iterator[Number]:
@@ -113,7 +124,7 @@ def _exponents(study: Study) -> Iterator[Number]:
             yield estimated(name, "sec. 4.2", paper, (value, 0.0), found[key], how, kind)
 
 
-def _simulations(study: Study) -> Iterator[Number]:
+def _line(study: Study) -> Iterator[Number]:
     fit = study.line.fit()
     how = f"{ENGINE}, {len(study.line.runs)} collisions"
     alpha, beta = the_paper.SIMULATION_ALPHA, the_paper.SIMULATION_BETA
@@ -139,7 +150,11 @@ def _simulations(study: Study) -> Iterator[Number]:
             "what brings the onset onto the paper's line; the paper's own argument makes it "
             "depend on D0",
         )
-    found = study.tensions.found
+
+
+def _springs(study: Study) -> Iterator[Number]:
+    """What has no meaning with front tracking, in which line tension is the unit."""
+    found, beta = study.tensions.found, the_paper.SIMULATION_BETA
     tilts = slopes(found).values()
     yield estimated(
         "slope of ln S_c against ln μ̃",
@@ -262,11 +277,21 @@ def _geometry(study: Study) -> Iterator[Number]:
     )
 
 
-def _necks_and_daughters(study: Study) -> Iterator[Number]:
+def _necks(_: Study) -> Iterator[Number]:
     neck = DEFAULTS["neck_thickness"] * the_paper.MEDIAN_DIAMETER_UM
     yield plain(
         "d_min-neck", "sec. 4.4", "80.3 µm", 80.3, neck, "0.167 D0", unit=" µm", factor=1.001
     )
+    for name, paper in (
+        ("median diameter of droplets that broke", "481 µm"),
+        ("thickest neck one frame before a break-up", "≈ 70 µm"),
+        ("thinnest neck of droplets that did not break", "≈ 140 µm"),
+        ("uncertainty of S", "± 0.088"),
+    ):
+        yield Number(name, "sec. 4", paper, "", "", "", NEEDS_DATA, "")
+
+
+def _daughters(study: Study) -> Iterator[Number]:
     broke = study.simulated[study.simulated["broke"].astype(bool)]
     below = broke["daughter_area_ratio"] <= area_ratio_bound(broke["symmetry"]) + 1e-9
     share = float(below.mean())
@@ -281,13 +306,6 @@ def _necks_and_daughters(study: Study) -> Iterator[Number]:
         verdict_of(SIMULATED, share == 1.0),
         share,
     )
-    for name, paper in (
-        ("median diameter of droplets that broke", "481 µm"),
-        ("thickest neck one frame before a break-up", "≈ 70 µm"),
-        ("thinnest neck of droplets that did not break", "≈ 140 µm"),
-        ("uncertainty of S", "± 0.088"),
-    ):
-        yield Number(name, "sec. 4", paper, "", "", "", NEEDS_DATA, "")
 
 
 def _scales(_: Study) -> Iterator[Number]:

@@ -9,26 +9,44 @@ from pinchoff.figures.html_page import Mark, Page
 from pinchoff.paper.verdicts import KINDS, TONES
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from pinchoff.paper.make import Reproduction
-    from pinchoff.paper.verdicts import Number
+    from pinchoff.paper.verdicts import Number, Verdict
 
 COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
+FRONT_COLUMNS = ("front tracking", "95 % interval or range", "verdict")
+"""Columns between verdict and source where front tracking stands beside."""
 
 
 def verdicts(made: Reproduction) -> list[str]:
     """Say how many numbers there are of each kind, and what came of them, a line for each kind."""
     lines = []
     for kind in KINDS:
-        counts = Counter(n.verdict for n in made.numbers if n.kind == kind)
-        if counts:
-            parts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items() if verdict)
-            lines.append(": ".join(filter(None, (f"{counts.total()} {kind}", parts))))
+        of_kind = [number for number in made.numbers if number.kind == kind]
+        if of_kind:
+            parts = [_counted(number.verdict for number in of_kind)]
+            fronts = _counted(number.front_verdict for number in of_kind)
+            if fronts:
+                parts.append(f"with front tracking {fronts}")
+            lines.append(": ".join(filter(None, (f"{len(of_kind)} {kind}", "; ".join(parts)))))
     return lines
 
 
-def _mark(number: Number) -> Mark | str:
-    tone = TONES.get(number.verdict)
-    return Mark(number.verdict, tone) if tone else number.verdict
+def _counted(said: Iterable[Verdict]) -> str:
+    counts = Counter(verdict for verdict in said if verdict)
+    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+
+
+def _mark(verdict: Verdict) -> Mark | str:
+    tone = TONES.get(verdict)
+    return Mark(verdict, tone) if tone else verdict
+
+
+def _row(number: Number, beside: bool) -> tuple[Mark | str, ...]:
+    ours = (number.name, number.paper, number.ours, number.interval, _mark(number.verdict))
+    front = (number.front, number.front_interval, _mark(number.front_verdict)) if beside else ()
+    return (*ours, *front, _sources(number))
 
 
 def _sources(number: Number) -> str:
@@ -59,10 +77,9 @@ def reproduction_page(made: Reproduction) -> Page:
         if of_kind:
             page.section(f"Numbers: {kind}")
             page.paragraph(f"{meaning[0].upper()}{meaning[1:]}.")
-            page.table(
-                COLUMNS,
-                [(n.name, n.paper, n.ours, n.interval, _mark(n), _sources(n)) for n in of_kind],
-            )
+            beside = any(number.front for number in of_kind)
+            columns = (*COLUMNS[:-1], *(FRONT_COLUMNS if beside else ()), COLUMNS[-1])
+            page.table(columns, [_row(number, beside) for number in of_kind])
     for figure in made.figures:
         page.section(f"Figure {figure.figure.name}: {figure.figure.title}")
         page.figure(figure.png, figure.figure.caption)
@@ -79,7 +96,8 @@ def reproduction_page(made: Reproduction) -> Page:
             "simulations": "quick: fewer and coarser" if settings["quick"] else "full",
             "experiment": "synthetic" if synthetic else f"sha256 {settings['experiment'][:16]}…",
             "time": f"{made.seconds:.0f} s",
-            "constants": "preset default, unless a caption says otherwise",
+            "constants": "preset default, unless a caption says otherwise; for front tracking the "
+            "preset of that name",
         }
     )
     return page

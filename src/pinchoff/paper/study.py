@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,7 +12,7 @@ from pinchoff.collisions.importing import ImportedCollisions, import_collisions
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, breakup_number
 from pinchoff.fits.law_fit import fit_law
 from pinchoff.fits.law_study import study_law
-from pinchoff.model.parameters import Parameters, PhysicalScale
+from pinchoff.model.parameters import FRONT, SPRINGS, Model, Parameters, PhysicalScale
 from pinchoff.model.simulation import simulate, simulate_many
 from pinchoff.studies.boundary import boundary
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
@@ -47,12 +47,24 @@ class Study:
         Real collisions. They replace the virtual experiment.
     folder : Path
         Where films and what is measured on them are kept.
+    model : str
+        What the simulations' outlines are made of.
     """
 
     seed: int = 1
     quick: bool = False
     experiment: ImportedCollisions | None = None
     folder: Path = Path()
+    model: Model = SPRINGS
+
+    @property
+    def base(self) -> Parameters:
+        """The default constants of its model."""
+        return Parameters(model=self.model)
+
+    def with_fronts(self) -> Study:
+        """Return the same study with front tracking."""
+        return replace(self, model=FRONT)
 
     @property
     def measured(self) -> bool:
@@ -79,7 +91,7 @@ class Study:
     def line(self) -> Boundary:
         """The separating line of the simulations at D0/R = 5.66."""
         vary = {"simulation_capillary_number": list(CAPILLARY)}
-        return boundary(Parameters(), vary, width=0.01 if self.quick else 0.002, progress=False)
+        return boundary(self.base, vary, width=0.01 if self.quick else 0.002, progress=False)
 
     @cached_property
     def tensions(self) -> Boundary:
@@ -93,14 +105,21 @@ class Study:
     @cached_property
     def conversion(self) -> Conversion | None:
         """Ca per Ca_sim by the onset of break-up."""
-        return match_onset(PRESETS["paper-experiment"], Parameters())
+        return match_onset(PRESETS["paper-experiment"], self.base)
 
     @cached_property
     def simulated(self) -> pd.DataFrame:
         """Simulated collisions under the paper's conditions, checked."""
         count = 300 if self.quick else 3000
+        if self.model == FRONT:  # each takes far longer
+            count //= 5
         table = virtual_experiment(
-            self.seed, count, outcomes="engine", symmetry_noise=0.0, progress=False
+            self.seed,
+            count,
+            outcomes="engine",
+            symmetry_noise=0.0,
+            base=self.base,
+            progress=False,
         )
         return import_collisions(table).table
 

@@ -9,7 +9,7 @@ numbers that the paper prints, or does not.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -93,6 +93,8 @@ class Number:
     value, low, high : float
         Ours as numbers; NaN: none.
     note : str
+    front, front_interval, front_verdict : str
+        The same with front tracking, the model without springs, where both simulate it.
     """
 
     name: str
@@ -107,6 +109,9 @@ class Number:
     low: float = math.nan
     high: float = math.nan
     note: str = ""
+    front: str = ""
+    front_interval: str = ""
+    front_verdict: Verdict = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what JSON can hold: what is not a finite number is None."""
@@ -115,6 +120,19 @@ class Number:
             k: None if isinstance(v, float) and not math.isfinite(v) else v
             for k, v in values.items()
         }
+
+
+def beside(number: Number, front: Number | None) -> Number:
+    """Put what front tracking gives beside a number, where it gives one."""
+    if front is None:
+        return number
+    return replace(
+        number,
+        how=f"{number.how}; front tracking: {front.how}",
+        front=front.ours,
+        front_interval=front.interval,
+        front_verdict=front.verdict,
+    )
 
 
 def estimated(

@@ -89,7 +89,7 @@ def test_rates_converge_with_the_square_of_the_vertex_count(mode):
 
 
 def test_steps_are_of_second_order():
-    """Differences between halved steps fall by four, among walls and far from them."""
+    """Differences between halved steps fall by four, until the droplet touches."""
     row = front_row(vertex_count=64, simulation_capillary_number=40.0)
     flow = _core.StokesFlow(1 / 5.66)
     start = regular(64, center=(-2.0, 0.2))
@@ -100,6 +100,22 @@ def test_steps_are_of_second_order():
     changes = [np.abs(b - a).max() for a, b in itertools.pairwise(ends)]
     orders = [math.log2(a / b) for a, b in itertools.pairwise(changes)]
     assert min(orders) > 1.9
+
+
+def test_steps_are_of_first_order_through_contact():
+    """Which step catches a vertex at the wall is known to one step: differences fall by two."""
+    constants = {"vertex_count": 64, "offset": 0.15, "neck_thickness": 0, "time_limit": 3.11}
+    before, after = [], []
+    for steps in (20, 40, 80, 160):  # in the time between two samples
+        p = po.Parameters(model="front-tracking", time_step=0.01 / steps, **constants)
+        outlines = po.simulate(p, outlines=0.1).outlines
+        for moment, kept in ((2.0, before), (3.1, after)):
+            frame = int(np.argmin(np.abs(outlines.times - moment)))
+            kept.append(outlines.outline(frame).vertices)
+    for kept, order in ((before, 2.0), (after, 1.0)):
+        changes = [np.abs(b - a).max() for a, b in itertools.pairwise(kept)]
+        orders = [math.log2(a / b) for a, b in itertools.pairwise(changes)]
+        assert orders == pytest.approx([order] * len(orders), abs=0.25)
 
 
 def test_a_circle_is_carried_by_a_uniform_flow_unchanged():
