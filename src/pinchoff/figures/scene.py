@@ -93,7 +93,7 @@ def draw_streamlines(axes: Axes, flow: Flow, outlines: Outlines, window: Window)
     x = np.linspace(window.left, window.right, _STREAMLINE_GRID)
     y = np.linspace(window.bottom, window.top, _STREAMLINE_GRID)
     places = np.stack(np.meshgrid(x, y), axis=-1)
-    velocity: Floats = flow.velocity(places)
+    velocity: Floats = np.array(flow.velocity(places), dtype=np.float64)
     for centre_x, centre_y, radius in outlines.obstacles:
         inside = np.hypot(places[..., 0] - centre_x, places[..., 1] - centre_y) < radius
         velocity[inside] = np.nan
