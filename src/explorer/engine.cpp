@@ -57,6 +57,7 @@ int fault_but_for_step() {
     const bool springs = row.front_tracking == 0.0;  // without, no stiffness means anything
     for (const Field field : {k_edge_stiffness, k_area_stiffness, k_wall_stiffness})
         if (springs && !(numbers[field] > 0.0)) return refused(field);
+    if (row.adhesion < 0.0) return refused(k_adhesion);
     const double count = row.vertex_count;
     if (count != std::floor(count) || count < kLeastVertices || count > kMostVertices)
         return refused(k_vertex_count);

@@ -120,7 +120,8 @@ class EmulsionFolder:
         place, rule = str(self.checkpoint), "a checkpoint"
         advice = "remove the folder and run again"
         try:
-            with np.load(self.checkpoint, allow_pickle=False) as data:
+            # By a file of ours: NumPy leaves its own open where the archive is damaged.
+            with self.checkpoint.open("rb") as file, np.load(file, allow_pickle=False) as data:
                 text = str(data["header"])
                 state = np.array(data["state"], dtype=np.float64).reshape(-1)
         except Exception as error:  # what damage makes the library raise is of every kind

@@ -437,7 +437,8 @@ class Outlines(Drawable):
 
     @classmethod
     def _load_npz(cls, path: Path) -> Outlines:
-        with np.load(path, allow_pickle=False) as data:
+        # By a file of ours: NumPy leaves its own open where the archive is damaged.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             return cls(
                 **{name: data[name] for name in _ARRAYS},
                 parameters=json.loads(str(data["parameters"])),
