@@ -138,6 +138,17 @@ def test_a_film_without_outlines_is_refused_before_anything_runs(tmp_path, capsy
     assert not (tmp_path / "out").exists()
 
 
+def test_events_and_sizes_are_one_table_each(filmed):
+    import pandas as pd
+
+    for name in ("events", "sizes"):
+        whole = pd.read_parquet(filmed / f"{name}.parquet")
+        pieces = [pd.read_parquet(path) for path in sorted(filmed.glob(f"{name}-*.parquet"))]
+        assert len(pieces) > 0
+        assert len(whole) > 5
+        pd.testing.assert_frame_equal(whole, pd.concat(pieces, ignore_index=True))
+
+
 def test_contacts_can_be_fitted_and_explored(filmed):
     import pinchoff as po
     from pinchoff.explorer.page import is_built

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
-CONTACTS, SWEEP = "collisions.parquet", "sweep.csv"
+CONTACTS, EVENTS, SIZES = "collisions.parquet", "events.parquet", "sizes.parquet"
+SWEEP = "sweep.csv"
 _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
@@ -154,9 +155,10 @@ def _write(
 ) -> tuple[list[Path], dict[str, Any]]:
     """Write the page, that to explore the contacts, and the tables; return the report too."""
     from pinchoff.chamber.emulsion_trust import measure_trust
-    from pinchoff.collisions.parquet import write_collisions
+    from pinchoff.collisions.parquet import write_collisions, write_table
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
+    from pinchoff.model.emulsion import EVENT_COLUMNS, SIZE_COLUMNS
     from pinchoff.studies.contact_table import contact_table
     from pinchoff.studies.emulsion_contacts import contact_outcomes
 
@@ -171,7 +173,9 @@ def _write(
     isolated = design.isolated(contacts, flow, workers)
     table = contact_table(events, contacts, run.parameters)
     write_collisions(table, folder / CONTACTS)
-    files = [folder / name for name in (PAGE, RESULTS, CONTACTS)]
+    write_table(events, folder / EVENTS, EVENT_COLUMNS)
+    write_table(run.sizes, folder / SIZES, SIZE_COLUMNS)
+    files = [folder / name for name in (PAGE, RESULTS, CONTACTS, EVENTS, SIZES)]
     links = {}
     if len(table) and write_folder_page(folder):
         links[EXPLORE] = FOLDER_PAGE
