@@ -310,7 +310,26 @@ def _tell_counts(result: VideoResult) -> None:
     before = f", {reused} of them measured before" if reused else ""
     accepted = int(result.collisions["accepted"].sum())
     count = len(result.collisions)
+    for clip in measured:
+        print(_seen(clip.name, clip.result))
     print(
         f"{counted(count, 'collision')}, {accepted} accepted, "
         f"in {counted(len(measured), 'clip')}{before}"
     )
+
+
+def _seen(name: str, clip: Mapping[str, Any]) -> str:
+    """Return what was found in a clip, and what was not looked for."""
+    settings = clip["settings"]
+    sought = (
+        settings["find_obstacles"],
+        settings["obstacles"],
+        settings["laboratory"]["obstacle_radius_um"],
+    )
+    pillars = (
+        counted(len(clip["obstacles"]), "pillar")
+        if any(sought)
+        else "no pillars were looked for, which --obstacle-radius or --find-obstacles does"
+    )
+    tracks = counted(clip["tracks"], "track")
+    return f"{name}: {tracks} of droplets by the method {clip['method']}; {pillars}"
