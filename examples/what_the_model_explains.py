@@ -121,15 +121,15 @@ def draw_readings(tables: dict[tuple[str, str], pd.DataFrame]) -> None:
             line = np.geomspace(0.01, 1, 50)
             axis.plot(line, 0.089 * line**-0.72, "k", lw=1, label="paper's line, not fitted")
             axis.set(xscale="log", yscale="log", xlim=(0.008, 1), ylim=(0.05, 1.05))
-            axis.set_title(f"{model}; Ca: {reading}", fontsize=9)
             wrong = (paper_says(table) != broke).mean()
-            axis.text(0.03, 0.05, f"off the line's side: {wrong:.1%}", transform=axis.transAxes)
+            axis.set_title(f"{model}\nCa {reading}: {wrong:.1%} on the wrong side", fontsize=10)
     for axis in axes[1]:
-        axis.set_xlabel("Ca Ã z̃")
+        axis.set_xlabel(r"$\mathrm{Ca}\,\tilde A\,\tilde z$")
     for axis in axes[:, 0]:
-        axis.set_ylabel("S")
-    axes[0, 0].legend(fontsize=8, loc="lower right")
-    figure.colorbar(dots, ax=axes, label="D0/R")
+        axis.set_ylabel("symmetry $S$")
+    marks = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*marks, loc="outside lower center", ncols=3, frameon=False)
+    figure.colorbar(dots, ax=axes, label="$D_0/R$")
     figure.savefig("readings.png", dpi=130)
 
 
