@@ -25,7 +25,7 @@ follow_daughters = true
 offset = { min = 0.0, max = 0.3 }
 """
 EMULSION = """\
-time = 4
+time = 10
 interval = 0.5
 seed = 1
 
