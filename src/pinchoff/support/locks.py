@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
@@ -157,8 +158,15 @@ def _make(path: Path, made: list[Path]) -> None:
         with suppress(FileExistsError):  # another run was faster
             folder.mkdir()
             made.append(folder)
-    if not path.is_dir():
+    if path.is_dir():
+        return
+    try:
         path.mkdir()  # says why not
+    except FileExistsError:
+        # A file stands there, or another run has just made the folder, or removed it again: the
+        # last of these is a FileNotFoundError, after which it is tried anew.
+        if not stat.S_ISDIR(path.stat().st_mode):
+            raise
 
 
 def _lock(descriptor: int, path: Path, argument: str) -> None:
