@@ -486,3 +486,13 @@ def test_interrupt_stops_one_collision_at_once():
 def test_interrupt_stops_many_collisions_at_once(progress):
     with interrupt_after(0.3):
         po.simulate_many([BREAKING.replace(time_step=1e-5)] * 1000, threads=2, progress=progress)
+
+
+def test_a_break_up_before_contact_is_no_collision():
+    values = {"size_ratio": 3.21, "simulation_capillary_number": 391, "offset": 0}
+    early = po.Parameters(**values, neck_thickness=0.415, start_distance=1.5, line_tension=208)
+    table = po.simulate_many([early, po.Parameters()], progress=False)
+    assert table["broke"].tolist() == [True, True]
+    assert table["breakup_time"][0] < table["contact_time"][0]
+    assert table["accepted"].tolist() == [False, True]
+    assert table["reject_reason"][0].startswith("broke before first contact")

@@ -9,6 +9,9 @@ from __future__ import annotations
 NO_CONTACT = "no contact: the droplet never touched the obstacle"
 """Of a row that is no collision."""
 
+BROKE_BEFORE_CONTACT = "broke before first contact: it is not the mother that met the obstacle"
+"""Of a droplet whose neck was below its limit before it touched."""
+
 REJECTED = "rejected when it was measured"
 
 OUTCOME_UNKNOWN = "outcome not known"

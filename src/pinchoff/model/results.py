@@ -12,7 +12,7 @@ import numpy as np
 
 from pinchoff import _core
 from pinchoff.collisions.law import breakup_number_of
-from pinchoff.collisions.reasons import NO_CONTACT
+from pinchoff.collisions.reasons import BROKE_BEFORE_CONTACT, NO_CONTACT
 from pinchoff.collisions.schema import COLUMNS, OUTCOMES
 from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import SPRINGS
@@ -166,7 +166,7 @@ def _event_columns(
     return {
         "outcome": np.array(OUTCOMES, dtype=object)[code],
         "broke": np.where(failed & ~broke, math.nan, broke),
-        "accepted": ~failed & np.isfinite(result["contact_time"]),
+        "accepted": ~failed & np.isfinite(result["contact_time"]) & ~_broke_early(result),
         "reject_reason": _reject_reasons(parameters, result),
         "speed": result["contact_speed"],
         "neck_thickness": neck,
@@ -190,11 +190,17 @@ def _reject_reasons(
 ) -> NDArray[Any]:
     reasons = np.full(result["guard"].size, "", dtype=object)
     reasons[np.isnan(result["contact_time"])] = NO_CONTACT
+    reasons[_broke_early(result)] = BROKE_BEFORE_CONTACT
     for i in np.flatnonzero(result["outcome"] == _FAILED).tolist():
         guard = _core.GUARDS[int(result["guard"][i])]
         value, time = result["guard_value"][i], result["guard_time"][i]
         reasons[i] = guard_message(guard, value, time, springs=parameters[i].model == SPRINGS)
     return reasons
+
+
+def _broke_early(result: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
+    early: NDArray[np.bool_] = result["breakup_time"] < result["contact_time"]
+    return early
 
 
 def _physical_columns(
