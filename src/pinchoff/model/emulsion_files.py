@@ -12,8 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +22,7 @@ from pinchoff.collisions.parquet import write_table
 from pinchoff.collisions.schema import Column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import HoldsFiles, written_aside
 from pinchoff.support.records import Shape, parsed_record
 
 if TYPE_CHECKING:
@@ -52,8 +51,8 @@ class Piece:
     sizes: list[pd.DataFrame] = field(default_factory=list)
 
 
-class EmulsionFolder:
-    """The files of one run.
+class EmulsionFolder(HoldsFiles):
+    """The files of one run; a run that is stopped loses the outlines since its last checkpoint.
 
     Parameters
     ----------
@@ -76,18 +75,6 @@ class EmulsionFolder:
         self._piece = 0
         self._writer: OutlineWriter | None = None
         self._files = ExitStack()  # what is being written
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Drop the outlines since the last checkpoint, where the run was stopped."""
-        self._files.__exit__(kind, error, trace)
 
     def begin(self, resume: bool) -> Floats | None:
         """Make the folder ready; return the state to go on from, or None.

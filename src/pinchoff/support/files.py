@@ -13,9 +13,10 @@ import secrets
 import sys
 import tomllib
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from types import TracebackType
+from typing import Any, Self
 
 from pinchoff.support.errors import InputError
 
@@ -143,3 +144,20 @@ def _remove_if_dead(path: Path) -> None:
             path.unlink()
         finally:
             os.close(descriptor)
+
+
+class HoldsFiles:
+    """What has files open while it is entered: they are finished, or removed, as it is left."""
+
+    _files: ExitStack
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._files.__exit__(kind, error, trace)

@@ -20,7 +20,7 @@ from pydantic import NonNegativeInt, PositiveFloat
 
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.files import HoldsFiles, read_toml, written_aside
 from pinchoff.support.records import Shape, read_record
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
@@ -134,7 +134,7 @@ class RowWriter:
         self._rows.clear()
 
 
-class ClipRecorder:
+class ClipRecorder(HoldsFiles):
     """Write what is measured in a clip to its folder, frame by frame.
 
     Parameters
@@ -175,18 +175,6 @@ class ClipRecorder:
         self._pictures = folder / THUMBNAILS
         self._pictures.mkdir(exist_ok=True)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the files, or remove them where they are not whole."""
-        self._files.__exit__(kind, error, trace)
-
     def write_plugs(self) -> float | None:
         """Write the table of plugs; return how many are formed a second, if that is known."""
         px, plugs = self._px, self._plugs.plugs()
@@ -226,7 +214,7 @@ def thumbnail_name(contact_frame: int, track_id: int, obstacle_id: int) -> str:
     return f"frame{contact_frame:06d}-track{track_id}-obstacle{obstacle_id}.jpg"
 
 
-class _OutlineFile:
+class _OutlineFile(HoldsFiles):
     """Outlines of every frame with a droplet, µm and seconds, y down."""
 
     def __init__(self, path: Path, obstacles: Floats, settings: VideoSettings) -> None:
@@ -247,17 +235,6 @@ class _OutlineFile:
             vertices = _thinned(each.outline) * px
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._writer.append(seen.frame.time_s, outlines)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._files.__exit__(kind, error, trace)
 
 
 def _thinned(outline: Floats) -> Floats:

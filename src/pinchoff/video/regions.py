@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import cv2
 import numpy as np
@@ -23,6 +23,11 @@ Walk = NDArray[np.int32]
 
 LEAST_CONTRAST = 1.5
 """Deviations of the noise below which nothing is taken for a rim or an edge."""
+
+SAME = 0.5
+"""Ratio of areas above which two regions are one droplet at two levels."""
+
+_CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
 
 _BAY = 0.35  # widest mouth of a bay that a speck on the rim makes, square roots of the area
 _DENT = 0.5  # the same for the outline
@@ -268,6 +273,54 @@ def leaves_view(view: Pixels | None, points: Floats, normals: Floats, reach: flo
     x = np.clip(np.rint(beyond[:, 0]), 0, width - 1).astype(int)
     y = np.clip(np.rint(beyond[:, 1]), 0, height - 1).astype(int)
     return bool(np.count_nonzero(view[y, x]) >= _CUT_SHARE * len(points))
+
+
+class Region(Protocol):
+    """A region at one level; lengths in pixels."""
+
+    @property
+    def walk(self) -> Walk: ...
+    @property
+    def area(self) -> float: ...
+    @property
+    def x(self) -> float: ...
+    @property
+    def y(self) -> float: ...
+    @property
+    def score(self) -> float: ...
+
+
+_R = TypeVar("_R", bound=Region)
+
+
+def one_a_droplet(regions: Sequence[_R], shape: tuple[int, ...]) -> list[_R]:
+    """Return one region a droplet: of several levels the best, of nested ones the outer.
+
+    Not the outer one where others fill it: then it is what holds the droplets.
+    """
+    order = sorted(regions, key=lambda region: -region.area)
+    owner = np.full(shape, -1, dtype=np.int16)
+    kept: list[_R] = []
+    inner: dict[int, list[_R]] = {}
+    for region in order:
+        outer = int(owner[round(region.y), round(region.x)])
+        if outer < 0:
+            cv2.drawContours(owner, [region.walk], -1, len(kept), cv2.FILLED)
+            kept.append(region)
+        elif region.area >= SAME * kept[outer].area:
+            if region.score > kept[outer].score:
+                kept[outer] = region
+        else:
+            inner.setdefault(outer, []).append(region)
+    found: list[_R] = []
+    for number, region in enumerate(kept):
+        within = one_a_droplet(inner[number], shape) if number in inner else []
+        filled = sum(droplet.area for droplet in within)
+        if len(within) > 1 and filled >= _CELLS * region.area:
+            found += within
+        else:
+            found.append(region)
+    return found
 
 
 class Groups:

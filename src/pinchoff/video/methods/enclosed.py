@@ -24,6 +24,7 @@ from pinchoff.video.droplets import Droplet
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
+    SAME,
     Border,
     Groups,
     Walk,
@@ -33,6 +34,7 @@ from pinchoff.video.regions import (
     is_compact,
     is_ground,
     leaves_view,
+    one_a_droplet,
     outside_view,
     sampled,
     smoothed,
@@ -57,8 +59,6 @@ _SPECK, _OFF = 6, 0.25  # rays on either side of which one may differ, by widths
 _VIEW_QUANTILE = 0.25  # of the rim's widths round a droplet: where no wall prolongs it
 _VIEW_SHARE, _VIEW_PX = 0.7, 2.0  # of the rim's width, pixels: no farther from the interior is
 # the dark edge of the view if it cuts a droplet
-_SAME = 0.5  # ratio of areas above which two interiors are one droplet at two levels
-_CELLS = 0.4  # share of a region that droplets within it fill, if it is no droplet itself
 _GAP_SIZE = 0.25  # of the droplets about it: a smaller region that is not round is a gap
 _AS_SMALL = 1.5  # times the usual area: no larger is what the frame cuts of a droplet
 _GAP_SHARED = 0.4  # least share of a gap's border that droplets are beyond
@@ -70,8 +70,8 @@ class _Region(NamedTuple):
 
     Attributes
     ----------
-    hole : ndarray
-        Its walk, on the rim.
+    walk : ndarray
+        Round it, on the rim.
     area : float
         Enclosed by the walk, pixels.
     x, y : float
@@ -87,7 +87,7 @@ class _Region(NamedTuple):
         How surely it is a droplet, from 0 to 1.
     """
 
-    hole: Walk
+    walk: Walk
     area: float
     x: float
     y: float
@@ -161,7 +161,7 @@ class EnclosedSegmenter:
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        return self._outlined(_chosen(self._moving(self._regions(dark)), dark.shape), dark)
+        return self._outlined(one_a_droplet(self._moving(self._regions(dark)), dark.shape), dark)
 
     def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
         return [each for each in regions if not self._stands(each)]
@@ -299,36 +299,6 @@ def _rim_ends(profiles: Floats, reach: Floats, level: float, edge: float) -> tup
     return np.where(ended, reach[before] + share * _STEP, np.nan), peaks
 
 
-def _chosen(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Region]:
-    """Return one region a droplet: of several levels the best, of nested ones the outer.
-
-    Not the outer one where others fill it: then it is what holds the droplets.
-    """
-    order = sorted(regions, key=lambda region: -region.area)
-    owner = np.full(shape, -1, dtype=np.int16)
-    kept: list[_Region] = []
-    inner: dict[int, list[_Region]] = {}
-    for region in order:
-        outer = int(owner[round(region.y), round(region.x)])
-        if outer < 0:
-            cv2.drawContours(owner, [region.hole], -1, len(kept), cv2.FILLED)
-            kept.append(region)
-        elif region.area >= _SAME * kept[outer].area:
-            if region.score > kept[outer].score:
-                kept[outer] = region
-        else:
-            inner.setdefault(outer, []).append(region)
-    found = []
-    for number, region in enumerate(kept):
-        within = _chosen(inner[number], shape) if number in inner else []
-        filled = sum(each.area for each in within)
-        if len(within) > 1 and filled >= _CELLS * region.area:
-            found += within
-        else:
-            found.append(region)
-    return found
-
-
 def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     """Return the rim's width along each ray; where a wall prolongs it, its width elsewhere."""
     free = widths[~at_edge]
@@ -363,7 +333,7 @@ def _needed_levels(seen: Sequence[Sequence[_Region]]) -> tuple[float, ...]:
         for k in np.argsort(-rows[:, 2]).tolist():
             if left[k]:
                 away = np.hypot(rows[:, 0] - rows[k, 0], rows[:, 1] - rows[k, 1])
-                same = (away <= 0.25 * math.sqrt(rows[k, 2])) & (rows[:, 2] >= _SAME * rows[k, 2])
+                same = (away <= 0.25 * math.sqrt(rows[k, 2])) & (rows[:, 2] >= SAME * rows[k, 2])
                 left &= ~same
                 wanted.append(set(levels[same].tolist()))
     chosen: set[float] = set()
@@ -386,7 +356,7 @@ def _owners(regions: Sequence[_Region], shape: tuple[int, ...]) -> NDArray[np.in
     """Return the number of the region that each pixel is in, -1 for none."""
     owner = np.full(shape, -1, dtype=np.int16)
     for number, region in enumerate(regions):
-        cv2.drawContours(owner, [region.hole], -1, number, cv2.FILLED)
+        cv2.drawContours(owner, [region.walk], -1, number, cv2.FILLED)
     return owner
 
 
@@ -439,8 +409,8 @@ def _is_gap(
     around = [regions[number].area for number in np.unique(others).tolist()]
     if region.area > _GAP_SIZE * float(np.median(around)):
         return False
-    left, top, wide, high = cv2.boundingRect(region.hole)
+    left, top, wide, high = cv2.boundingRect(region.walk)
     mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)
-    cv2.drawContours(mask, [region.hole], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
+    cv2.drawContours(mask, [region.walk], -1, 1, cv2.FILLED, offset=(1 - left, 1 - top))
     inner = float(cv2.distanceTransform(mask, cv2.DIST_L2, 5).max()) - 0.5  # to its edge
     return math.pi * inner**2 < _GAP_ROUNDNESS * cv2.countNonZero(mask)

@@ -31,6 +31,7 @@ from pinchoff.video.regions import (
     is_compact,
     is_ground,
     leaves_view,
+    one_a_droplet,
     outside_view,
     sampled,
     smoothed,
@@ -55,8 +56,6 @@ _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
-_SAME = 0.5  # ratio of areas above which two spots are one droplet at two levels
-_CELLS = 0.4  # share of a spot that those within it fill, if it is no droplet itself
 
 
 class _Spot(NamedTuple):
@@ -128,7 +127,7 @@ class SpotSegmenter:
         used: set[float] = set()
         for frame in frames:
             spots = first._spots(first._darkness(frame))
-            used.update(spot.level for spot in _chosen(spots, frame.luma.shape))
+            used.update(spot.level for spot in one_a_droplet(spots, frame.luma.shape))
             seen.append(np.array([[s.x, s.y, s.area] for s in spots]).reshape(-1, 3))
         scene = scene._replace(levels=tuple(sorted(used)), standing=standing_rows(seen))
         return cls(signal, window, minimum_area, scene)
@@ -138,7 +137,7 @@ class SpotSegmenter:
         dark = self._darkness(frame)
         spots = [spot for spot in self._spots(dark) if not self._stands(spot)]
         height, width = dark.shape
-        kept = _chosen(spots, dark.shape)
+        kept = one_a_droplet(spots, dark.shape)
         owner = np.full(dark.shape, -1, dtype=np.int16)
         for number, spot in enumerate(kept):
             cv2.drawContours(owner, [spot.walk], -1, number, cv2.FILLED)
@@ -322,33 +321,3 @@ def _crossing(profiles: Floats, along: Floats, half: Floats) -> Floats:
     here, after = profiles[rows, best], profiles[rows, best + 1]
     share = np.clip((here - half) / np.maximum(here - after, 1e-6), 0.0, 1.0)
     return np.where(falls[rows, best], along[best] + share * _STEP, 0.0)
-
-
-def _chosen(spots: Sequence[_Spot], shape: tuple[int, ...]) -> list[_Spot]:
-    """Return one spot a droplet: of several levels the surest, of nested ones the outer.
-
-    Not the outer one where others fill it: then it is a cluster of them.
-    """
-    order = sorted(spots, key=lambda spot: -spot.area)
-    owner = np.full(shape, -1, dtype=np.int16)
-    kept: list[_Spot] = []
-    inner: dict[int, list[_Spot]] = {}
-    for spot in order:
-        outer = int(owner[round(spot.y), round(spot.x)])
-        if outer < 0:
-            cv2.drawContours(owner, [spot.walk], -1, len(kept), cv2.FILLED)
-            kept.append(spot)
-        elif spot.area >= _SAME * kept[outer].area:
-            if spot.score > kept[outer].score:
-                kept[outer] = spot
-        else:
-            inner.setdefault(outer, []).append(spot)
-    found = []
-    for number, spot in enumerate(kept):
-        within = _chosen(inner[number], shape) if number in inner else []
-        filled = sum(each.area for each in within)
-        if len(within) > 1 and filled >= _CELLS * spot.area:
-            found += within
-        else:
-            found.append(spot)
-    return found
