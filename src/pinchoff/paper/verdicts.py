@@ -147,9 +147,10 @@ def beside(number: Number, front: Number | None) -> Number:
     """Put what front tracking gives beside a number, where it gives one."""
     if front is None:
         return number
+    same = front.how == number.how
     return replace(
         number,
-        how=number.how if front.how == number.how else f"{number.how}; front tracking: {front.how}",
+        how=f"both models: {number.how}" if same else f"{number.how}; front tracking: {front.how}",
         front=front.ours,
         front_interval=front.interval,
         front_verdict=front.verdict,
