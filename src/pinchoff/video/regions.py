@@ -49,6 +49,7 @@ _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_SHARE = 0.75  # of the frames in which it is seen
+_SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
 
 class Border(NamedTuple):
@@ -172,11 +173,17 @@ def standing_rows(seen: Sequence[Floats]) -> Floats:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    still = np.array(
-        [len(np.unique(frames[alike(every, row)])) >= _STILL_SHARE * len(seen) for row in every],
-        dtype=bool,
-    )
+    still = np.array([_is_still(every, frames, row, len(seen)) for row in every], dtype=bool)
     return every[still] if len(every) and not still.all() else nothing
+
+
+def _is_still(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> bool:
+    """Return whether a region is at the same place in most of some frames."""
+    same = alike(every, row)
+    if len(np.unique(frames[same])) < _STILL_SHARE * count:
+        return False
+    places = np.array([every[same & (frames == k), :2].mean(axis=0) for k in set(frames[same])])
+    return bool(np.hypot(*places.std(axis=0)) < _SPREAD_PX)
 
 
 def alike(rows: Floats, row: Floats) -> Bools:
