@@ -26,9 +26,9 @@ def calibrate(*arguments):
 
 @pytest.fixture(scope="module")
 def coarse(tmp_path_factory):
-    """Fewer vertices, a quarter of the work."""
+    """Fewer vertices, a small part of the work."""
     path = tmp_path_factory.mktemp("config") / "coarse.toml"
-    path.write_text("vertex_count = 48\n")
+    path.write_text("vertex_count = 32\n")
     return path
 
 

@@ -32,6 +32,14 @@ def fit(*arguments):
     return main(["fit", *map(str, arguments)])
 
 
+@pytest.fixture(scope="module")
+def fitted(virtual, tmp_path_factory):
+    """A folder with a finished fit."""
+    out = tmp_path_factory.mktemp("fit") / "law"
+    assert fit(virtual, *QUICK, "--out", out) == 0
+    return out
+
+
 def files_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
@@ -128,22 +136,21 @@ def test_an_end_that_is_not_there_is_null(tmp_path):
     broke = table[table["broke"].astype(bool)].head(2)
     few = pd.concat([broke, table[~table["broke"].astype(bool)].head(14)])
     write_collisions(few, tmp_path / "few.parquet")
-    assert fit(tmp_path / "few.parquet", "--out", tmp_path / "law") == 0
+    assert fit(tmp_path / "few.parquet", *QUICK, "--out", tmp_path / "law") == 0
     law = law_in(tmp_path / "law")
     ends = [law[name][end] for name in ("alpha", "beta", "w") for end in ("low", "high")]
     assert None in ends
 
 
-def test_results_are_not_overwritten_unasked(virtual, tmp_path, capsys):
-    arguments = [virtual, *QUICK, "--out", tmp_path / "law"]
-    assert fit(*arguments) == 0
-    before = (tmp_path / "law" / "law.json").read_bytes()
+def test_results_are_not_overwritten_unasked(virtual, fitted, capsys):
+    arguments = [virtual, *QUICK, "--out", fitted]
+    before = (fitted / "law.json").read_bytes()
     assert fit(*arguments) == 2
     assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
     assert fit(*arguments, "--overwrite", "--confidence", "2") == 2
-    assert (tmp_path / "law" / "law.json").read_bytes() == before
+    assert (fitted / "law.json").read_bytes() == before
     assert fit(*arguments, "--overwrite") == 0
-    assert (tmp_path / "law" / "law.json").read_bytes() == before
+    assert (fitted / "law.json").read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,6 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
-from pinchoff.studies.sweep.summary import Points
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import numeral
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from pinchoff.fits import LawFit
     from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
+    from pinchoff.studies.sweep.summary import Points
 
 #: The paper's separating lines: line, name, colour and dashes.
 PAPER_LINES = (
@@ -104,6 +104,8 @@ def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary)
     InputError
         It is no table with the columns of the law, or none of its rows can be drawn.
     """
+    from pinchoff.studies.sweep.summary import Points
+
     if isinstance(collisions, Points):
         return collisions
     table = _table_of(collisions)
