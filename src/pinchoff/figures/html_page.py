@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from pinchoff.figures.mathml import formula
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -151,8 +151,7 @@ class Page:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the page, complete or not at all."""
-        with written_aside(Path(path)) as unfinished:
-            unfinished.write_text(self.html(), encoding="utf-8")
+        write_text(Path(path), self.html())
 
     def html(self) -> str:
         """Return the page."""

@@ -1,14 +1,16 @@
-"""JSON that the package wrote, read back: of the right shape, or refused in one line."""
+"""Our own JSON: written strictly, and read back of the right shape, or refused in one line."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pinchoff.support.errors import InputError
+from pinchoff.support.files import write_text
 
 _LARGEST = 200_000_000  # bytes
 
@@ -20,6 +22,22 @@ class Shape(BaseModel):
     """
 
     model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return JSON in the strict sense: no NaN.
+
+    Examples
+    --------
+    >>> json_text({"S": 0.5}).split()
+    ['{', '"S":', '0.5', '}']
+    """
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON, complete or not at all."""
+    write_text(path, json_text(content))
 
 
 def read_record(path: Path, shape: type[Shape], rule: str, advice: str) -> dict[str, Any]:

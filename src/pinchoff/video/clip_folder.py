@@ -19,8 +19,8 @@ from pinchoff.collisions.parquet import TableWriter
 from pinchoff.collisions.schema import Column, count_column, measure_column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import HoldsFiles, read_toml, written_aside
-from pinchoff.support.records import Shape, read_record
+from pinchoff.support.files import HoldsFiles, read_toml, write_text, written_aside
+from pinchoff.support.records import Shape, read_record, write_json
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
@@ -196,8 +196,7 @@ def write_obstacles(folder: Path, obstacles: Floats) -> None:
         "",
     ]
     for name in (OBSTACLES_AS_FOUND, OBSTACLES):
-        with written_aside(folder / name) as unfinished:
-            unfinished.write_text("\n".join(lines), encoding="utf-8")
+        write_text(folder / name, "\n".join(lines))
 
 
 def read_obstacles(path: Path) -> tuple[tuple[float, float, float], ...]:
@@ -289,7 +288,4 @@ def read_result(folder: Path) -> dict[str, Any]:
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `RESULT`, the last of a clip's files: it says that the others are whole."""
     checksums = {name: checksum_of(folder / name) for name in TABLES}
-    with written_aside(folder / RESULT) as unfinished:
-        content = {**result, "checksums": checksums}
-        text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-        unfinished.write_text(text + "\n", encoding="utf-8")
+    write_json(folder / RESULT, {**result, "checksums": checksums})
