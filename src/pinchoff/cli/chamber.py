@@ -19,10 +19,10 @@ from pinchoff.cli.options import (
     option,
     switch,
 )
-from pinchoff.cli.output import announce, bar, jsonable, print_table, warn
+from pinchoff.cli.output import announce, bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
-from pinchoff.support.records import write_json
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from pinchoff.chamber import Chamber, Violation

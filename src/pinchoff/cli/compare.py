@@ -7,14 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    Overwrite,
-    argument,
-    named_as_options,
-    option,
-)
+from pinchoff.cli.options import AsJson, OutFolder, Overwrite, argument, named_as_options, option
 from pinchoff.cli.output import announce, bar
 from pinchoff.support.records import write_json
 

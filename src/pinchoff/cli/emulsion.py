@@ -9,19 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
-from pinchoff.cli.options import (
-    OUTPUT,
-    AsJson,
-    OutFolder,
-    StartAnew,
-    Workers,
-    argument,
-    switch,
-)
-from pinchoff.cli.output import announce, bar, jsonable, print_table
+from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, Workers, argument, switch
+from pinchoff.cli.output import announce, bar, print_table
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
-from pinchoff.support.records import write_json
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from pinchoff.chamber.emulsion_design import EmulsionDesign

@@ -34,7 +34,7 @@ class LaboratoryOptions:
 
     def values(self) -> dict[str, float]:
         """Return what is given, by the fields of `Laboratory` and in their units."""
-        from pinchoff.support.quantities import positive_magnitude_of
+        from pinchoff.support.units import positive_magnitude_of
 
         given = {name: text for name, text in vars(self).items() if text is not None}
         return {

@@ -77,7 +77,8 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
     A group is a parameter whose type is a dataclass; every field of it is an option, which stands
     in the help where the group stands in the signature.
     """
-    parameters, groups = [], {}
+    parameters: list[inspect.Parameter] = []
+    groups: dict[str, Any] = {}
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
         if not is_dataclass(parameter.annotation):
             parameters.append(parameter)

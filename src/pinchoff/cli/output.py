@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pinchoff.support.progress import Bar, progress_bar
-from pinchoff.support.records import json_text
+from pinchoff.support.records import json_text, jsonable
 
 Item = TypeVar("Item")
 
@@ -47,21 +47,6 @@ def print_collision(row: Mapping[str, Any]) -> None:
         elif math.isfinite(value):
             rows.append((name, f"{value:.4g}", "" if unit == "1" else unit))
     print_table(("result", "value", "unit"), rows, left=(0, 2))
-
-
-def jsonable(value: Any) -> Any:
-    """Return the value as JSON can hold it, with None where it is not a finite number.
-
-    Examples
-    --------
-    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
-    {'w': None, 'n': [1, 2.5]}
-    """
-    if isinstance(value, Mapping):
-        return {str(name): jsonable(item) for name, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [jsonable(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def versioned(report: Mapping[str, Any]) -> dict[str, Any]:

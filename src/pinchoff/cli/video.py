@@ -21,9 +21,10 @@ from pinchoff.cli.options import (
     option,
     switch,
 )
-from pinchoff.cli.output import announce, jsonable, warn
+from pinchoff.cli.output import announce, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
+from pinchoff.support.records import jsonable
 
 if TYPE_CHECKING:
     from pinchoff.video.batch import VideoResult
@@ -195,7 +196,7 @@ def _settings(
     `part` are frames, crop and channel.
     """
     from pinchoff.support.files import read_toml
-    from pinchoff.support.quantities import positive_magnitude_of
+    from pinchoff.support.units import positive_magnitude_of
     from pinchoff.video.settings import VideoSettings
 
     table: dict[str, Any] = {} if config is None else read_toml(config)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pinchoff.support.errors import InputError
@@ -33,6 +35,23 @@ def json_text(content: Mapping[str, Any]) -> str:
     ['{', '"S":', '0.5', '}']
     """
     return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def jsonable(value: Any) -> Any:
+    """Return a value as JSON can hold it, with None where it is not a finite number.
+
+    Examples
+    --------
+    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
+    {'w': None, 'n': [1, 2.5]}
+    """
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): jsonable(content) for name, content in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [jsonable(content) for content in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:

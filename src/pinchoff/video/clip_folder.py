@@ -131,8 +131,14 @@ class ClipRecorder(HoldsFiles):
     def append(self, seen: Measured) -> None:
         """Write one frame."""
         px, frame = self._px, seen.frame
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            place = (each.x * px, each.y * px, each.area * px**2, each.cut, each.group >= 0)
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            place = (
+                droplet.x * px,
+                droplet.y * px,
+                droplet.area * px**2,
+                droplet.cut,
+                droplet.group >= 0,
+            )
             self._tracks.append((self._clip, frame.number, frame.time_s, track, *place))
         for event in seen.events:
             ends = (list(event.parents), list(event.children))
@@ -173,8 +179,8 @@ class _OutlineFile(HoldsFiles):
             return
         self._empty = False
         outlines = []
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            vertices = _thinned(each.outline) * px
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            vertices = _thinned(droplet.outline) * px
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._writer.append(seen.frame.time_s, outlines)
 
@@ -224,8 +230,8 @@ def fingerprint(source: Path, settings: VideoSettings) -> str:
     from pinchoff import __version__
 
     stamps = file_stamps(source)
-    said = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
-    return hashlib.sha256(said.encode("utf-8", "backslashreplace")).hexdigest()
+    text = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
+    return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
 
 
 def file_stamps(source: Path) -> list[tuple[str, int, int]]:

@@ -43,7 +43,7 @@ def measured_clips(folder: str | os.PathLike[str]) -> list[Path]:
     given = Path(folder)
     inside = given / CLIPS
     several = sorted(inside.iterdir()) if inside.is_dir() else []
-    found = [each for each in [given, *several] if (each / clip_folder.RESULT).is_file()]
+    found = [place for place in [given, *several] if (place / clip_folder.RESULT).is_file()]
     if not found:
         advice = "give DIR, or DIR/clips/NAME, as pinchoff video wrote it"
         raise InputError.of(str(given), "the folder of a measured clip", "none", advice)
