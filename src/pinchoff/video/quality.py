@@ -125,8 +125,8 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 continue
             seen = [across(view.image, droplet.outline, view.noise) for view in views]
             sure, closed = max(
-                (_how_sure(each, view.rims, most), each.closed)
-                for each, view, most in zip(seen, views, strongest, strict=True)
+                (_how_sure(rim, view.rims, most), rim.closed)
+                for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
             score += every * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
@@ -250,7 +250,7 @@ def persistence(
         wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
         for droplets, seen, again in ((before, old, rows), (after, new, columns)):
             radii = np.sqrt(seen[:, 2] / np.pi)
-            inside = np.array([not _leaves(each, size) for each in droplets], dtype=bool)
+            inside = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
             total += float(radii[inside].sum())
             inside[again] = False
             wrong += float(radii[inside].sum())
@@ -259,7 +259,7 @@ def persistence(
 
 def _rows(droplets: Sequence[Droplet]) -> Floats:
     """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:
