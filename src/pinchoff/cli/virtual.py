@@ -84,7 +84,7 @@ def virtual(
             advice = "add --engine: without it nothing is simulated"
             raise InputError.of(flag, "left out without --engine", shown, advice)
     base = changed(configuration(None, preset, model)[0], {}, constants or [], {})
-    with named_as_options("seed", "symmetry_noise", n="--rows"):
+    with named_as_options("seed", "symmetry_noise", n="--rows", base="--set"):
         table = virtual_experiment(
             seed,
             rows,
