@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import SweepRun
     from pinchoff.chamber.periodic_flow import ArrayFlow
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
@@ -158,7 +158,7 @@ def _write(
     from pinchoff.collisions.parquet import write_collisions, write_table
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
-    from pinchoff.model.emulsion import EVENT_COLUMNS, SIZE_COLUMNS
+    from pinchoff.model.emulsion_result import EVENT_COLUMNS, SIZE_COLUMNS
     from pinchoff.studies.contact_table import contact_table
     from pinchoff.studies.emulsion_contacts import contact_outcomes
 

@@ -19,8 +19,8 @@ from pinchoff.collisions.law import breakup_probability
 from pinchoff.figures import style
 from pinchoff.figures.scene import smooth_outline
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
-from pinchoff.studies.emulsion_sizes import ancestors
 from pinchoff.studies.isolated_pillar import relative_breakup_number
+from pinchoff.studies.lineage import ancestors
 from pinchoff.support import palette
 from pinchoff.support.paper_constants import WIDTH
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
-from pinchoff.studies.emulsion_sizes import lineage
+from pinchoff.studies.lineage import lineage
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_trust import Trust
-    from pinchoff.model.emulsion import Coalescence, Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
+    from pinchoff.model.emulsion_scene import Coalescence
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 _COLORS: dict[Literal["generation", "size"], str] = {
