@@ -280,7 +280,7 @@ def test_mutated_configurations(attack: Attack, attacks: int, tmp_path: Path, na
         text = mutated_lines(draw, base)
         config.write_bytes(text.encode())
         out = tmp_path / str(k) / "out"
-        wrong = attack([*filled(arguments, config), "--out", str(out)], out, draws=k % 4 == 0)
+        wrong = attack([*filled(arguments, config), "--out", str(out)], out, draws=k % 10 == 0)
         wrong_with(found, wrong, text)
     assert not found, "\n\n".join(found.values())
 
@@ -304,7 +304,7 @@ def test_mutated_options(attack: Attack, attacks: int, tmp_path: Path, command: 
         folder.mkdir()
         out = folder / "out.csv"
         given = [command, *options_of(text), "--out", str(out)]
-        wrong_with(found, attack(given, out, draws=k % 4 == 0), text)
+        wrong_with(found, attack(given, out, draws=k % 10 == 0), text)
     assert not found, "\n\n".join(found.values())
 
 
@@ -375,7 +375,7 @@ def test_mutated_tables(
         out = tmp_path / str(k) / "law"
         options = ["--samples", "2", "--out", str(out)]
         options += draw.choice([[], [], ["--symmetry-noise", "0.088"], ["--free", "area"]])
-        wrong_with(found, attack(["fit", str(path), *options], out, draws=k % 8 == 0), content)
+        wrong_with(found, attack(["fit", str(path), *options], out, draws=k % 10 == 0), content)
     assert not found, "\n\n".join(found.values())
 
 
