@@ -86,12 +86,10 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)
     dark = cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     dark = dark[side:-side, side:-side]
-    walks, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    mask = np.zeros((height, width), dtype=np.uint8)
-    for walk in walks:
-        left, top, wide, high = cv2.boundingRect(walk)
-        if left == 0 or top == 0 or left + wide == width or top + high == height:
-            cv2.drawContours(mask, [walk], -1, 255, cv2.FILLED)
+    _, parts = cv2.connectedComponents(dark)
+    sides = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    at_sides = np.isin(parts, sides[sides > 0])
+    mask: Pixels = np.where(at_sides, np.uint8(255), np.uint8(0))
     return mask if mask.any() else None
 
 
