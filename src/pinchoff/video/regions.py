@@ -48,6 +48,7 @@ _VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
 _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
+_STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
 _STILL_SHARE = 0.75  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
@@ -214,7 +215,8 @@ def alike(rows: Floats, row: Floats) -> Bools:
 def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
     change = np.abs(rows[:, 2] - row[2])
-    agree: Bools = (away <= distance) & (change <= share * row[2])
+    allowed = share * row[2] + _STILL_EDGE * math.sqrt(row[2])
+    agree: Bools = (away <= distance) & (change <= allowed)
     return agree
 
 
