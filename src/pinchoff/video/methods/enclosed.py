@@ -278,25 +278,9 @@ def _rim_ends(profiles: Floats, reach: Floats, level: float, edge: float) -> tup
     It ends where darkness has fallen by a share of what it falls by in all: the local mean, from
     which darkness counts, depends on what else is near.
     """
-    darkest = np.maximum.accumulate(np.maximum(profiles, np.float32(level)), axis=1)
     inside = int(np.searchsorted(reach, 0.5))
-    over = profiles < np.float32(edge) * darkest
-    over[:, : inside + 1] = False
-    rows = np.arange(len(profiles))
-    first = np.argmax(over, axis=1)
-    ended = over[rows, first]
-    peaks = np.where(ended, darkest[rows, first], darkest[:, -1])
-    beyond = np.clip(first[:, None] + np.arange(int(_BEYOND / _STEP)), 0, len(reach) - 1)
-    outside = np.take_along_axis(profiles, beyond, axis=1).min(axis=1)
-    target = outside + edge * (peaks - outside)
-    # The last place before there at which it is still as dark as that.
-    dark = (profiles >= target[:, None]) & (np.arange(len(reach)) < first[:, None])
-    dark[:, 0] = True
-    before = len(reach) - 1 - np.argmax(dark[:, ::-1], axis=1)
-    after = np.minimum(before + 1, len(reach) - 1)
-    last, here = profiles[rows, before], profiles[rows, after]
-    share = np.clip((last - target) / np.maximum(last - here, 1e-6), 0.0, 1.0)
-    return np.where(ended, reach[before] + share * _STEP, np.nan), peaks
+    places, peaks = _core.rim_ends(profiles, level, edge, inside, int(_BEYOND / _STEP))
+    return reach[0] + _STEP * places, peaks
 
 
 def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
@@ -312,8 +296,7 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     if np.count_nonzero(narrow) <= _PALE_SHARE * len(widths):
         filled[narrow] = typical
     # A speck on the rim makes a few rays end early or late.
-    around = [np.roll(filled, k) for k in range(-_SPECK, _SPECK + 1)]
-    usual: Floats = np.median(around, axis=0)
+    usual: Floats = _core.running_median(filled, _SPECK)
     return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
 
 

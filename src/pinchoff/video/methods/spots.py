@@ -52,6 +52,7 @@ _REACH = 0.25  # of the radius: how far rays go to both sides
 _LEAST_REACH = 3.0  # pixels
 _VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
+_ASTRAY = 3  # rays on either side of one that may go astray
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
@@ -153,7 +154,7 @@ class SpotSegmenter:
             for neighbour in np.unique(other[meets]).tolist():
                 groups.join(number, neighbour)
             # Single rays go astray where droplets meet.
-            usual = np.median([np.roll(spot.move, k) for k in range(-3, 4)], axis=0)
+            usual = _core.running_median(spot.move, _ASTRAY)
             away = np.where(meets | border.at_edge, 0.0, usual)
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
@@ -257,8 +258,7 @@ class SpotSegmenter:
         along = np.arange(-reach, reach + 1e-6, _STEP)
         profiles = sampled(dark, border.points, border.normals, along)
         third = max(1, len(along) // 4)
-        inner = profiles[:, :third].mean(axis=1)
-        outer = profiles[:, len(along) // 2 :].min(axis=1)
+        inner, outer, steep, place = _core.spot_edges(profiles, third, reach / _STEP).T
         contrast = inner - outer
         # Where it is as dark beyond, another part of the spot goes on.
         beyond = profiles[:, int(np.searchsorted(along, 2.0))]
@@ -266,11 +266,9 @@ class SpotSegmenter:
         score = closedness(contrast, open_ends, self.scene.noise)
         if score <= 0.0:
             return None
-        steep = np.abs(np.diff(profiles[:, third:-third], axis=1)).max(axis=1) / _STEP
-        sharp = float(np.median(steep[~open_ends])) / max(float(np.median(contrast)), 1e-6)
-        half = 0.5 * (inner + outer)
+        sharp = float(np.median(steep[~open_ends])) / _STEP / max(float(np.median(contrast)), 1e-6)
         x, y = border.points.mean(axis=0).tolist()
-        move = _crossing(profiles, along, half)
+        move = np.where(np.isnan(place), 0.0, _STEP * place - reach)
         return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
 
 
@@ -309,15 +307,3 @@ def _cores(depth: Image, smallest: float) -> Pixels:
                 continue
         cores |= taken
     return cores
-
-
-def _crossing(profiles: Floats, along: Floats, half: Floats) -> Floats:
-    """Return where each profile falls through a level nearest to its middle; 0 if nowhere."""
-    above = profiles > half[:, None]
-    falls = above[:, :-1] & ~above[:, 1:]
-    cost = np.where(falls, np.abs(along[:-1] + 0.5 * _STEP)[None], np.inf)
-    best = np.argmin(cost, axis=1)
-    rows = np.arange(len(profiles))
-    here, after = profiles[rows, best], profiles[rows, best + 1]
-    share = np.clip((here - half) / np.maximum(here - after, 1e-6), 0.0, 1.0)
-    return np.where(falls[rows, best], along[best] + share * _STEP, 0.0)
