@@ -115,69 +115,117 @@ inline std::vector<double> running_median(const std::vector<double>& values, int
     return found;
 }
 
-/// Where the dark rim of a region ends along a ray (samples from its first; NaN where it does
-/// not), and its greatest darkness.
+/// Grey levels of a picture, row by row.
+struct Picture {
+    const float* values;
+    std::ptrdiff_t height, width;
+
+    /// Between the four pixels about a place; beyond the edge as at the edge.
+    float at(double x, double y) const {
+        x = std::clamp(x, 0.0, static_cast<double>(width - 1));
+        y = std::clamp(y, 0.0, static_cast<double>(height - 1));
+        const auto left =
+            std::min(static_cast<std::ptrdiff_t>(x), std::max<std::ptrdiff_t>(width - 2, 0));
+        const auto top =
+            std::min(static_cast<std::ptrdiff_t>(y), std::max<std::ptrdiff_t>(height - 2, 0));
+        const std::ptrdiff_t right = width > 1 ? 1 : 0, below = height > 1 ? width : 0;
+        const auto across = static_cast<float>(x - static_cast<double>(left));
+        const auto down = static_cast<float>(y - static_cast<double>(top));
+        const float* p = values + top * width + left;
+        const float upper = p[0] + across * (p[right] - p[0]);
+        const float lower = p[below] + across * (p[below + right] - p[below]);
+        return upper + down * (lower - upper);
+    }
+};
+
+/// A ray through a picture, sampled in even steps.
+struct Ray {
+    Vec2 from, along;  // the first sample, and from one to the next
+    float at(const Picture& picture, std::size_t sample) const {
+        const auto k = static_cast<double>(sample);
+        return picture.at(from.x + k * along.x, from.y + k * along.y);
+    }
+};
+
+/// What a ray shows across the dark rim of a region.
 struct RimEnd {
-    double place;
-    float peak;
+    double place;       // where the rim ends, samples from the first; NaN where it does not
+    float first, peak;  // darkness of the first sample, and the greatest of the rim
+};
+
+/// How the end of a rim is told.
+struct RimRule {
+    float level;  // least darkness of a rim
+    float edge;   // share of what darkness falls by, at which it ends
+    std::size_t inside, beyond,
+        samples;  // surely on the rim; in which it gets as bright as outside
 };
 
 /// It ends where darkness has fallen by a share of what it falls by in all: the local mean, from
 /// which darkness counts, depends on what else is near.
-///
-/// `level` is the least darkness of a rim, `inside` the first sample that is surely on it, `edge`
-/// the share, `beyond` the samples within which it gets as bright as outside.
-inline RimEnd rim_end(const float* profile, std::size_t samples, float level, float edge,
-                      std::size_t inside, std::size_t beyond) {
-    float darkest = level;
-    std::size_t first = 0;
-    for (std::size_t k = 0; k < samples && first == 0; ++k) {
+inline RimEnd rim_end(const Picture& dark, const Ray& ray, const RimRule& rule,
+                      std::vector<float>& profile) {
+    float darkest = rule.level;
+    std::size_t end = 0;
+    profile.resize(rule.samples);
+    for (std::size_t k = 0; k < rule.samples && end == 0; ++k) {
+        profile[k] = ray.at(dark, k);
         darkest = std::max(darkest, profile[k]);
-        if (k > inside && profile[k] < edge * darkest) first = k;
+        if (k > rule.inside && profile[k] < rule.edge * darkest) end = k;
     }
-    if (first == 0) return {std::numeric_limits<double>::quiet_NaN(), darkest};
-    float outside = profile[first];
-    for (std::size_t k = first; k < std::min(first + beyond, samples); ++k)
-        outside = std::min(outside, profile[k]);
-    const float target = outside + edge * (darkest - outside);
-    std::size_t before = first - 1;  // the last place before there at which it is as dark as that
+    if (end == 0) return {std::numeric_limits<double>::quiet_NaN(), profile[0], darkest};
+    float outside = profile[end];
+    for (std::size_t k = end + 1; k < std::min(end + rule.beyond, rule.samples); ++k)
+        outside = std::min(outside, ray.at(dark, k));
+    const float target = outside + rule.edge * (darkest - outside);
+    std::size_t before = end - 1;  // the last place before there at which it is as dark as that
     while (before > 0 && profile[before] < target) --before;
     const float last = profile[before], here = profile[before + 1];
     const float share = std::clamp((last - target) / std::max(last - here, 1e-6f), 0.0f, 1.0f);
-    return {static_cast<double>(before) + share, darkest};
+    return {static_cast<double>(before) + static_cast<double>(share), profile[0], darkest};
 }
 
 /// What a ray shows across the edge of a dark spot.
 struct SpotEdge {
     double inner, outer;  // darkness within, and the least beyond the middle
+    double beyond;        // at a place beyond
     double steepest;      // change between two samples away from the ends
     double place;         // where it is halfway between both, samples; NaN where nowhere
 };
 
-/// `ends` samples at each end count as within and beyond; of several places that nearest to the
-/// `middle` (samples from the first) is taken.
-inline SpotEdge spot_edge(const float* profile, std::size_t samples, std::size_t ends,
-                          double middle) {
-    SpotEdge edge{0.0, 0.0, 0.0, std::numeric_limits<double>::quiet_NaN()};
+/// Where along a ray across the edge of a spot things are, samples from the first.
+struct SpotRule {
+    std::size_t samples, ends, beyond;  // in all; at each end; where another part may go on
+    double middle;                      // of several edges the nearest to it is taken
+};
+
+inline SpotEdge spot_edge(const Picture& dark, const Ray& ray, const SpotRule& rule,
+                          std::vector<float>& profile) {
+    SpotEdge edge{0.0, 0.0, 0.0, 0.0, std::numeric_limits<double>::quiet_NaN()};
+    profile.resize(rule.samples);
+    for (std::size_t k = 0; k < rule.samples; ++k) profile[k] = ray.at(dark, k);
     float sum = 0.0f;
-    for (std::size_t k = 0; k < ends; ++k) sum += profile[k];
-    const float inner = sum / static_cast<float>(ends);
-    const float outer = *std::min_element(profile + samples / 2, profile + samples);
+    for (std::size_t k = 0; k < rule.ends; ++k) sum += profile[k];
+    const float inner = sum / static_cast<float>(rule.ends);
+    const auto half_way = static_cast<std::ptrdiff_t>(rule.samples / 2);
+    const float outer = *std::min_element(profile.begin() + half_way, profile.end());
     const float half = 0.5f * (inner + outer);
     double nearest = std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k + 1 < samples; ++k) {
+    for (std::size_t k = 0; k + 1 < rule.samples; ++k) {
         const float here = profile[k], after = profile[k + 1];
-        if (k >= ends && k + 1 < samples - ends)
-            edge.steepest = std::max(edge.steepest, double(std::fabs(after - here)));
-        const double away = std::fabs(static_cast<double>(k) + 0.5 - middle);
+        if (k >= rule.ends && k + 1 < rule.samples - rule.ends)
+            edge.steepest = std::max(edge.steepest, static_cast<double>(std::fabs(after - here)));
+        const double away = std::fabs(static_cast<double>(k) + 0.5 - rule.middle);
         if (here > half && !(after > half) && away < nearest) {
             nearest = away;
-            const float share = (here - half) / std::max(here - after, 1e-6f);
-            edge.place = static_cast<double>(k) + std::clamp(share, 0.0f, 1.0f);
+            const float share =
+                std::clamp((here - half) / std::max(here - after, 1e-6f), 0.0f, 1.0f);
+            edge.place = static_cast<double>(k) + static_cast<double>(share);
         }
     }
     edge.inner = inner;
     edge.outer = outer;
+    edge.beyond = profile[std::min(rule.beyond, rule.samples - 1)];
     return edge;
 }
 

@@ -76,7 +76,9 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     images : sequence of ndarray, shape (height, width)
         Grey levels in some frames: it is dark in all of them.
     """
-    brightest = np.max([cv2.GaussianBlur(image, (0, 0), 1.0) for image in images], axis=0)
+    brightest = cv2.GaussianBlur(images[0], (0, 0), 1.0)
+    for image in images[1:]:
+        cv2.max(brightest, cv2.GaussianBlur(image, (0, 0), 1.0), dst=brightest)
     darkest, usual = np.quantile(brightest[::4, ::4], [_VIEW_DARKEST, 0.5])
     level = float(darkest + _VIEW_DARKNESS * (usual - darkest))
     dark = cv2.compare(brightest, level, cv2.CMP_LT)
@@ -129,10 +131,10 @@ def _outside_bays(walk: Walk, widest: float) -> Bools:
 
 def is_compact(walk: Walk) -> bool:
     """Return whether a region is convex, not a sliver and not three-cornered."""
-    area = cv2.contourArea(walk)
-    if area < _CONVEX * cv2.contourArea(cv2.convexHull(walk)):
+    area, hull = cv2.contourArea(walk), cv2.convexHull(walk)
+    if area < _CONVEX * cv2.contourArea(hull):
         return False
-    _, sides, _ = cv2.minAreaRect(walk)
+    _, sides, _ = cv2.minAreaRect(hull)
     short, long = min(sides), max(sides)
     return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
