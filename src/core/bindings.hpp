@@ -59,5 +59,6 @@ void bind_flows(nb::module_& m);
 void bind_collision(nb::module_& m);
 void bind_inspection(nb::module_& m);
 void bind_emulsion(nb::module_& m);
+void bind_rays(nb::module_& m);
 
 }  // namespace pinchoff

@@ -209,6 +209,7 @@ NB_MODULE(_core, m) {
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_flows(m);
+    pinchoff::bind_rays(m);
     pinchoff::bind_collision(m);
     pinchoff::bind_inspection(m);
     pinchoff::bind_emulsion(m);
