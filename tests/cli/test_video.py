@@ -225,10 +225,8 @@ def test_settings_from_a_file(filmed, tmp_path):
 
 def test_packed_scene(filmed, tmp_path):
     out = tmp_path / "out"
-    assert (
-        main(["video", str(filmed), *LABORATORY, "--packed", "--no-overlay", "--out", str(out)])
-        == 0
-    )
+    told = [*LABORATORY, "--packed", "--frames", "0:40", "--no-overlay"]
+    assert main(["video", str(filmed), *told, "--out", str(out)]) == 0
     result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     assert result["method"] == "packed"
     assert len(result["obstacles"]) == 2  # a radius is given: they are looked for, and no droplets
