@@ -55,6 +55,7 @@ def test_the_report(out):
     assert abs(mean["line_tension"]) < 0.1
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_same_command_takes_up_the_evaluations(out, coarse, monkeypatch, capsys):
     before = (out / "evaluations.jsonl").read_bytes()
     monkeypatch.setattr(evaluation, "boundary", None)  # nothing is left to simulate

@@ -72,6 +72,7 @@ def test_the_papers_device_by_default(tmp_path, capsys):
     assert "flow-focusing junction" in svg
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_quantities_settings_and_a_file_agree(tmp_path):
     config = tmp_path / "device.toml"
     config.write_text("[imaging]\nrows = 4\npitch_um = 700\n", encoding="utf-8")
@@ -92,6 +93,7 @@ def small(tmp_path_factory):
     return config
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_json_is_all_of_stdout(small, tmp_path, capsys):
     assert chamber(small, "--out", tmp_path / "a", "--json") == 0
     printed = capsys.readouterr()
@@ -119,6 +121,7 @@ def test_with_warn_the_same_design_is_written(tmp_path, capsys):
     assert all(line.startswith("warning: ") for line in printed.err.splitlines())
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_results_are_kept_unless_overwritten(small, tmp_path, capsys):
     out = tmp_path / "a"
     assert chamber(small, "--out", out) == 0

@@ -134,6 +134,7 @@ def test_same_collision_as_the_library(finished):
     assert report["derived"]["capillary_number"] == pytest.approx(9.8e-5 * 25)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_json_goes_alone_to_stdout(tmp_path, capfd):
     assert main(["run", "--json", "--out", str(tmp_path / "out"), *COARSE]) == 0
     written = (tmp_path / "out" / "collision.json").read_text(encoding="utf-8")
@@ -142,6 +143,7 @@ def test_json_goes_alone_to_stdout(tmp_path, capfd):
     assert f"wrote {tmp_path / 'out' / 'collision.json'}" in printed.err
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_options_change_what_the_file_says(tmp_path, capsys):
     config = tmp_path / "config.toml"
     config.write_text('preset = "literal-separation"\noffset = 0.3\nline_tension = 60\n')
@@ -159,6 +161,7 @@ def test_options_change_what_the_file_says(tmp_path, capsys):
     assert parameters["area_stiffness"] == 5000 * 60
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_one_quantity_changes_in_a_physical_file(tmp_path, capsys):
     config = tmp_path / "config.toml"
     config.write_text(
@@ -185,6 +188,7 @@ def test_one_quantity_changes_in_a_physical_file(tmp_path, capsys):
     assert first["line_tension"] == 60
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_warning_is_one_line(tmp_path, capsys):
     arguments = [*PHYSICAL, "--thickness", "45 um", "--out", str(tmp_path / "out"), *COARSE]
     assert main(["run", *arguments]) == 0
@@ -309,6 +313,7 @@ def test_results_are_not_overwritten_unasked(finished, capsys, options, reason):
     assert contents(finished) == before
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_overwriting_replaces_every_result_and_nothing_else(tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", "--out", str(out), *COARSE]) == 0
@@ -325,12 +330,14 @@ def test_overwriting_replaces_every_result_and_nothing_else(tmp_path, capsys):
     assert "movie.mp4" not in capsys.readouterr().out.splitlines()[-1]
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_folder_with_other_files_is_used(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert main(["run", "--out", str(tmp_path), *COARSE]) == 0
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_default_folder_is_collision(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["run", *COARSE]) == 0
