@@ -70,7 +70,7 @@ def virtual(
             advice = "add --engine: without it nothing is simulated"
             raise InputError.of(flag, "left out without --engine", shown, advice)
     base = changed(model.parameters()[0], {}, constants or [], {})
-    with named_as_options("seed", "symmetry_noise", n="--rows"):
+    with named_as_options("seed", "symmetry_noise", n="--rows", base="--set"):
         table = virtual_experiment(
             seed,
             rows,

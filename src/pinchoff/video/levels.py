@@ -64,7 +64,9 @@ class Calibrated(NamedTuple):
         }
 
 
-def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
+def calibrate(
+    frames: Sequence[Frame], settings: VideoSettings, background: Background | None = None
+) -> Calibrated:
     """Learn the background and the thresholds of a clip from a sample of its frames.
 
     Parameters
@@ -72,8 +74,10 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
     frames : sequence of Frame
     settings : VideoSettings
         What they say is taken as it is.
+    background : Background, optional
+        Median of the frames, where it is known.
     """
-    background = median_background(frames)
+    background = background or median_background(frames)
     levels = Levels(
         ring=settings.ring_darkness or _ring(frames, background),
         edge=settings.edge_level or _FIRST_EDGE,

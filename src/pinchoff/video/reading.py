@@ -218,6 +218,6 @@ def _split(image: Pixels) -> Planes:
     yuv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2YUV)
     height, width = yuv.shape[:2]
     half = (-(-width // 2), -(-height // 2))
-    chroma = cv2.resize(yuv[:, :, 1:], half, interpolation=cv2.INTER_AREA)
-    luma = np.ascontiguousarray(yuv[:, :, 0])
-    return Planes(luma, np.ascontiguousarray(np.moveaxis(chroma, 2, 0)))
+    luma, *colour = cv2.split(yuv)
+    chroma = [cv2.resize(plane, half, interpolation=cv2.INTER_AREA) for plane in colour]
+    return Planes(luma, np.stack(chroma))
