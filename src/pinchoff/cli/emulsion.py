@@ -29,7 +29,7 @@ _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
-# The checkpoint is removed first: it counts on the others.
+# The checkpoint is removed first, because it refers to the others.
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
