@@ -35,6 +35,7 @@ struct EmulsionSettings {
     Inlet inlet;
     double outlet = std::numeric_limits<double>::infinity();  // droplets beyond this x have left
     std::uint64_t seed = 0;
+    bool stops_at_guard = false;  // whether the first droplet that is taken out ends the run
 };
 
 #define PINCHOFF_EVENT_KINDS(KIND) \
@@ -146,8 +147,7 @@ public:
     const std::vector<Droplet>& droplets() const { return droplets_; }
     const Balance& balance() const { return balance_; }
     const World& world() const { return world_; }
-    bool failed() const { return balance_.area_retired > kRetiredLimit * balance_.area_in; }
-    static constexpr double kRetiredLimit = 1e-3;
+    bool stopped() const { return settings_.stops_at_guard && balance_.retired > 0; }
 
     /// The events since this was last asked.
     std::vector<EmulsionEvent> take_events() { return std::exchange(events_, {}); }
@@ -157,6 +157,8 @@ public:
     template <class ForEach>
     void advance(int workers, const ForEach& for_each) {
         while (static_cast<int>(islands_.size()) < workers) islands_.emplace_back(world_);
+        if (world_.fronts())
+            for_each(droplets_.size(), [&](int, std::size_t i) { follow_perimeter(droplets_[i]); });
         reckon_ways(for_each);
         group({});
         run(for_each);
@@ -217,6 +219,24 @@ private:
         droplet.key = mixed(static_cast<std::uint64_t>(droplet.id));
         balance_.area_in += droplet.ring.rest_area;
         droplets_.push_back(std::move(droplet));
+    }
+
+    /// Spaces a droplet anew that has been drawn out, or has drawn itself together again.
+    void follow_perimeter(Droplet& d) const {
+        const std::vector<Vec2> r = d.positions();
+        const int wanted = vertex_count(world_.model, d.ring.diameter, perimeter(r));
+        if (wanted < kDrawnOut * d.ring.count && kDrawnIn * wanted > d.ring.count) return;
+        const Shape even = respace({r, d.velocities()}, wanted);
+        Droplet anew(world_.model, d.ring.rest_area, even.r, even.v);
+        anew.id = d.id;
+        anew.generation = d.generation;
+        anew.contacted = std::move(d.contacted);
+        anew.key = d.key;
+        anew.widest = d.widest;
+        anew.meetings = d.meetings;
+        anew.bridge = static_cast<int>(std::int64_t{d.bridge} * wanted / d.ring.count);
+        anew.mended = d.mended;
+        d = std::move(anew);
     }
 
     // ---------------------------------------------------------------- islands

@@ -368,7 +368,8 @@ inline void Island::break_up(const Finding& found) {
     for (int k = 0; k < 2; ++k) {
         rest[k] = parent.ring.rest_area * areas[k] / (areas[0] + areas[1]);
         const double diameter = std::sqrt(rest[k] / kReferenceArea);
-        daughters[k] = respace(daughters[k], vertex_count(world_->model, diameter));
+        daughters[k] =
+            respace(daughters[k], world_->vertices_for(diameter, perimeter(daughters[k].r)));
         momentum = momentum + rest[k] / parent.ring.rest_area * mean(daughters[k].v);
     }
     const Vec2 correction = mean(whole.v) - momentum;

@@ -108,7 +108,12 @@ def summary_row(one: SweepRun, result: Emulsion, study: SizeStudy) -> dict[str, 
         row[name], row[f"{name}_error"] = getattr(study, name)
     for name in _RATES:
         row[f"{name}_rate"], row[f"{name}_rate_error"] = study.rates[name]
-    return row | {"residence_time": study.residence_time, "retired": result.balance["retired"]}
+    return row | {
+        "residence_time": study.residence_time,
+        "stopped": result.stopped,
+        "retired": result.balance["retired"],
+        "retired_share": result.retired_share,
+    }
 
 
 def _flat(given: Mapping[str, Any]) -> dict[str, Any]:

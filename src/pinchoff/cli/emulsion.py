@@ -15,6 +15,7 @@ from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, s
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
@@ -88,7 +89,8 @@ def emulsion(
             _sweep(varied, folder, workers, movie, as_json)
             return
         made = _make(designs[0], folder, workers, movie)
-        announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
+        _warn(made.study)
+        announce(made.report, lambda: _print(made), made.files, as_json=as_json)
 
 
 def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
@@ -219,16 +221,25 @@ def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
     report["correlation_time"] = study.correlation_time
     report["residence_time"] = study.residence_time
     report |= {"time": run.time, "balance": run.balance}
+    report |= {"stopped": run.stopped, "guard_report": run.guard_report}
+    report |= {"retired_share": run.retired_share}
     found: dict[str, Any] = jsonable(report)
     return found
 
 
-def _print(study: SizeStudy) -> None:
+def _warn(study: SizeStudy) -> None:
+    for remark in study.remarks:
+        print(f"warning: {remark}", file=sys.stderr)
+
+
+def _print(made: _Made) -> None:
+    study, run = made.study, made.run
     rows = [("mean diameter", str(study.mean_diameter), "D0")]
     rows.append(("weighted by area", str(study.weighted_diameter), "D0"))
     rows += [
         (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
     ]
+    if run.balance["retired"]:
+        gone = f"{counted(run.balance['retired'], 'droplet')}, {100 * run.retired_share:.2g} %"
+        rows.append(("taken out by guards", gone, "of all area"))
     print_table(("result", "value", "unit"), rows, left=(0, 2))
-    for remark in study.remarks:
-        print(remark)

@@ -36,8 +36,10 @@ class Measured(NamedTuple):
     error: float
 
     def __str__(self) -> str:
+        if math.isnan(self.value):
+            return "not measured"
         if math.isnan(self.error):
-            return f"{self.value:.4g}, error not known"
+            return f"{self.value:.4g}, error not measured"
         return f"{self.value:.4g} ± {self.error:.2g}"
 
 
