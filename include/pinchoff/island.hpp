@@ -88,6 +88,20 @@ struct World {
     }
 };
 
+/// What became of an island: its droplets, and what has happened to them.
+struct IslandResult {
+    bool done = false;  // whether no droplet went further than its `travel`
+    std::vector<Droplet> droplets;
+    std::vector<Droplet> gone;  // that were there when the clock started and are no more
+    std::vector<ContactEvent> contacts;
+    std::vector<BreakupEvent> breakups;
+    std::vector<RefusalEvent> refusals;
+    std::vector<Film> films;  // contacts of droplets that go on
+    std::vector<FilmEvent> film_events;
+    std::int64_t steps = 0, vertex_updates = 0;
+    int ids_given = 0;
+};
+
 class Island {
 public:
     explicit Island(const World& world) : world_(&world) {}
@@ -98,10 +112,15 @@ public:
     /// Takes a droplet in; one that has no number yet is given one: 0, 1, ..., or, where an
     /// emulsion gives the final ones, -2, -3, .... Returns its number.
     int add(Droplet droplet);
-    int ids_given() const { return ids_given_; }
+
+    /// Takes in a contact of droplets, which begins no more.
+    void add(const Film& film) { films_.push_back(film); }
 
     /// Empty, as if new, with its memory kept.
     void clear();
+
+    /// Gives away its droplets and all that has happened to them.
+    void hand_over(IslandResult& result);
 
     /// Starts the clock at a time, with the model's step or the part of it that is safe for all.
     void begin(double time);
@@ -139,8 +158,6 @@ public:
     void list_contacts();
 
 private:
-    friend class Emulsion;
-
     const World* world_;
     double start_ = 0, time_step_ = 0;
     std::int64_t sample_steps_ = 1;
@@ -151,7 +168,7 @@ private:
     bool strayed_ = false;  // whether a droplet went further than its `travel`
     Alarm alarm_;
     std::vector<Droplet> droplets_;
-    std::vector<Droplet> gone_;  // that were there when the clock started and are no more
+    std::vector<Droplet> gone_;
     std::vector<Ring> rings_;
     std::vector<Box> boxes_;
     std::vector<DropletPair> pairs_;
@@ -275,6 +292,21 @@ inline void Island::clear() {
     ids_given_ = 0;
     steps_taken_ = vertex_updates_ = 0;
     alarm_ = {};
+}
+
+inline void Island::hand_over(IslandResult& result) {
+    for (std::size_t i = 0; i < droplets_.size(); ++i) droplets_[i].seen = look_.droplets[i];
+    result.done = !strayed_;
+    result.droplets.swap(droplets_);
+    result.gone.swap(gone_);
+    result.contacts.swap(contacts_);
+    result.breakups.swap(breakups_);
+    result.refusals.swap(refusals_);
+    result.films.swap(films_);
+    result.film_events.swap(film_events_);
+    result.steps = steps_taken_;
+    result.vertex_updates = vertex_updates_;
+    result.ids_given = ids_given_;
 }
 
 inline void Island::begin(double time) {

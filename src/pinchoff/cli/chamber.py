@@ -43,7 +43,6 @@ _DRAWINGS = ("chamber.svg", "chamber.png")
 _FILES = (*_WRITERS, *_DRAWINGS, RECORD, RULES, FLOW, COLLISION)
 
 _DEVICE = "Device"
-_NAMED = 10  # at most so many violations are printed
 _RATE_COLUMNS = {
     "oil_rate_uL_min": "oil (µL/min)",
     "speed_mm_s": "speed (mm/s)",
@@ -179,7 +178,7 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
     """Draw and name the violations, and refuse them where the rules say so."""
     if not violations:
         return
-    from pinchoff.chamber.rules import require_rules
+    from pinchoff.chamber.rules import broken_rules, require_rules
     from pinchoff.figures import style
     from pinchoff.figures.chamber_design import chamber_design
 
@@ -187,11 +186,8 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
     if design.rules.on_violation == "refuse":
         print(f"wrote {folder / RULES}", file=sys.stderr)
         require_rules(violations)
-    for violation in violations[:_NAMED]:
-        print(f"warning: {violation}", file=sys.stderr)
-    if len(violations) > _NAMED:
-        more = len(violations) - _NAMED
-        print(f"warning: and {more} more, in {folder / RULES}", file=sys.stderr)
+    for line in broken_rules(violations):
+        print(f"warning: {line}", file=sys.stderr)
 
 
 def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[Path]:

@@ -10,8 +10,17 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
+from pinchoff.cli.cluster import Scheduler, cluster_client
 from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    OutFolder,
+    StartAnew,
+    named_as_options,
+    option,
+    switch,
+)
 from pinchoff.cli.output import announce, jsonable, print_table, write_json
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, written_aside
@@ -19,6 +28,8 @@ from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import SweepRun
     from pinchoff.chamber.periodic_flow import ArrayFlow
@@ -44,6 +55,7 @@ def emulsion(
         int | None,
         option("INTEGER", "Threads", "--workers", "--threads", default="one a core"),
     ] = None,
+    scheduler: Scheduler = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
@@ -65,6 +77,10 @@ def emulsion(
 
     With a table \[sweep] every combination of the values it lists is run,
     each in a folder of its own, and DIR gets sweep.csv and a page of all.
+    With --scheduler these runs are made on a Dask cluster, one a task.
+
+    Where a guard ends a run, or it is too short for sizes, the page and a
+    warning say so, with what could be measured.
 
     A run that was stopped, in any way, goes on with the same command.
 
@@ -81,12 +97,18 @@ def emulsion(
     designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
     if movie:
         _require_movie(designs)
+    if scheduler is not None and not varied:
+        advice = "one run goes on the threads of one machine"
+        raise InputError.of("--scheduler", "left out without a table [sweep]", scheduler, advice)
+    with named_as_options("scheduler", "threads"):
+        cluster = cluster_client(scheduler, workers)
     with results_in(folder), going_on_with(out):
         if overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
                 _remove(place)
         if varied:
-            _sweep(varied, folder, workers, movie, as_json)
+            with named_as_options("scheduler"), cluster as client:
+                _sweep(varied, folder, client, workers, movie, as_json)
             return
         made = _make(designs[0], folder, workers, movie)
         _warn(made.study)
@@ -129,22 +151,28 @@ def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool
 
 
 def _sweep(
-    runs: Sequence[SweepRun], folder: Path, workers: int | None, movie: bool, as_json: bool
+    runs: Sequence[SweepRun],
+    folder: Path,
+    client: Client | None,
+    workers: int | None,
+    movie: bool,
+    as_json: bool,
 ) -> None:
-    """Run one design after the other, each on all threads; write the table and its page."""
+    """Run the designs, on a cluster or each on all threads; write the table and its page."""
     import pandas as pd
 
-    from pinchoff.chamber.emulsion_sweep import summary_row
+    from pinchoff.chamber.emulsion_sweep import run_on_cluster, summary_row
     from pinchoff.figures.pages.emulsion_page import sweep_page
 
-    rows = []
-    for number, one in enumerate(runs, start=1):
+    rows = {}
+    begun = runs if client is None else run_on_cluster(runs, folder, client)
+    for number, one in enumerate(begun, start=1):
         made = _make(one.design, folder / one.folder, workers, movie)
-        rows.append(summary_row(one, made.run, made.study))
+        rows[one.folder] = summary_row(one, made.run, made.study)
         if not as_json:
             values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
             print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame([rows[one.folder] for one in runs])
     with written_aside(folder / SWEEP) as unfinished:
         table.to_csv(unfinished, index=False)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)

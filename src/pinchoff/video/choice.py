@@ -47,6 +47,7 @@ _AS_GOOD = 0.92  # of the best score: then the method that comes first is taken
 _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
 _MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
+_NEAR_LEAST = 0.6  # of the usual diameter: where the least looked for is more, less is
 
 
 Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
@@ -255,14 +256,14 @@ def _finds_more(trial: Trial, other: Trial) -> float:
 
 
 def _without_small(trial: Trial) -> Trial:
-    """Let a method leave out what is much smaller than its droplets usually are."""
+    """Let a method leave out what is much smaller than its droplets usually are, and no more."""
     areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
     segmenter = trial.segmenter
     if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
         return trial
     # The median weighted by area: half of the covered area is in larger droplets.
     usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
-    least = max(segmenter.minimum_area, _SMALL**2 * usual)
+    least = max(min(segmenter.minimum_area, _NEAR_LEAST**2 * usual), _SMALL**2 * usual)
     segmenter.minimum_area = least
     kept = [[each for each in here if each.area >= least] for here in trial.found]
     return trial._replace(variant={**trial.variant, "minimum_area_px": least}, found=kept)

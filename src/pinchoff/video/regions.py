@@ -49,6 +49,8 @@ _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_SHARE = 0.75  # of the frames in which it is seen
+_LINGERING = 3.0  # times that: it moves, but about its place
+_SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
 
 class Border(NamedTuple):
@@ -165,25 +167,54 @@ def standing_rows(seen: Sequence[Floats]) -> Floats:
     Returns
     -------
     ndarray, shape (m, 3)
-        None where nothing moves: then what is there are the droplets.
+        None where nothing moves, or most to and fro about its place: then what is there are the
+        droplets.
     """
     nothing = np.empty((0, 3))
     if len(seen) < 3:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    still = np.array(
-        [len(np.unique(frames[alike(every, row)])) >= _STILL_SHARE * len(seen) for row in every],
-        dtype=bool,
-    )
-    return every[still] if len(every) and not still.all() else nothing
+    stays = np.array([_stays(every, frames, row, len(seen)) for row in every]).reshape(-1, 2)
+    still, lingers = stays[:, 0], stays[:, 1]
+    if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
+        return nothing
+    return every[still]
+
+
+def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
+    """Return whether a region stands still, and whether it is near its place, in most frames.
+
+    Parameters
+    ----------
+    every : ndarray, shape (n, 3)
+        Centre x, y and area of the regions in all frames.
+    frames : ndarray, shape (n,)
+        In which frame each is.
+    row : ndarray, shape (3,)
+        The region.
+    count : int
+        Of frames.
+    """
+    near = _agree(every, row, _LINGERING * _STILL_PX, _LINGERING * _STILL_AREA)
+    if len(np.unique(frames[near])) < _STILL_SHARE * count:
+        return False, False
+    same = near & alike(every, row)
+    if len(np.unique(frames[same])) < _STILL_SHARE * count:
+        return False, True
+    places = np.array([every[same & (frames == k), :2].mean(axis=0) for k in set(frames[same])])
+    return bool(np.hypot(*places.std(axis=0)) < _SPREAD_PX), True
 
 
 def alike(rows: Floats, row: Floats) -> Bools:
     """Return which rows of centre and area agree with one."""
+    return _agree(rows, row, _STILL_PX, _STILL_AREA)
+
+
+def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
     change = np.abs(rows[:, 2] - row[2])
-    agree: Bools = (away <= _STILL_PX) & (change <= _STILL_AREA * row[2])
+    agree: Bools = (away <= distance) & (change <= share * row[2])
     return agree
 
 
