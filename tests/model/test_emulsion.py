@@ -373,6 +373,32 @@ def test_a_droplet_that_fails_is_retired_and_said_so(tmp_path):
         po.simulate_emulsion(FEW, on_guard="ignore", **scene)
 
 
+def test_vertices_follow_the_perimeter():
+    """Drawn out along one line a droplet keeps its spacing within a factor of 2, and its area."""
+    x = np.linspace(-6, 6, 61)
+    gx, gy = np.meshgrid(x, x)
+    frames = []
+    po.simulate_emulsion(
+        po.Parameters(simulation_capillary_number=1000, vertex_count=32),
+        time=1.6,
+        droplets=[[0, 0, 1]],
+        flow=po.flow.sampled(x, x, gx, -gy),
+        smallest_breaking=2,
+        interval=0.1,
+        on_frame=lambda _, droplets: frames.append(droplets[0][2]),
+    )
+    edges = [np.hypot(*(np.roll(r, -1, axis=0) - r).T) for r in frames]
+    counts = [len(lengths) for lengths in edges]
+    assert edges[-1].sum() > 2.5 * edges[0].sum()
+    assert max(lengths.mean() for lengths in edges) < 2.15 * edges[0].mean()  # a window later
+    assert counts[0] == 32 < 64 <= counts[-1]
+    areas = [
+        0.5 * np.sum(np.roll(r[:, 1], -1) * r[:, 0] - np.roll(r[:, 0], -1) * r[:, 1])
+        for r in frames
+    ]
+    np.testing.assert_allclose(areas, areas[0], rtol=1e-6)
+
+
 def folder_run(path, **changes):
     return through_pillars(6.0, out=path, checkpoint=2.0, **changes)
 

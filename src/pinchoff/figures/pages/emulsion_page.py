@@ -169,13 +169,14 @@ def _tell_merging(
     )
     ended = events[events["kind"].isin(("parted", "merge"))]
     merged = ended[ended["kind"] == "merge"]
+    refused = events["reason"][events["kind"] == "unmerged"].astype(str)
+    closing = int(refused.str.startswith("the obstacle").sum())
     page.facts(
         {
             "contacts of two droplets": f"{counts['touches']:.0f}",
             "of these merged": f"{len(merged)}",
-            "merges refused, as the droplet would close round a pillar or cross itself": (
-                f"{counts['unmerged']:.0f}"
-            ),
+            "merges refused, as the droplet would close round a pillar": closing,
+            "merges refused, as it would cross itself": len(refused) - closing,
             "duration of a contact, median (t0)": _median(ended["time"] - ended["since"]),
             "facing length L at most, median (D0)": _median(ended["facing_length"]),
         }
