@@ -165,7 +165,7 @@ class Emulsion:
         if self.stopped:
             return (
                 f"a guard ended the run at t = {self.time:.4g} t0, with {droplet}: "
-                f"{first['reason']}; with on_guard = 'retire' the others go on"
+                f'{first["reason"]}; with on_guard = "retire" the others go on'
             )
         return (
             f"guards took out {counted(len(gone), 'droplet')} with "

@@ -65,13 +65,14 @@ def emulsion_page(
         Names of the files beside the page that it leads to, by what is said of each.
     """
     counts = run.balance
+    merges = f"{counts['merges']:.0f} merges, " if design.coalescence else ""
     page = Page(
         "Droplets through an array of pillars",
         f"{counts['start'] + counts['entered']:.0f} droplets in {run.time:.4g} t0: "
-        f"{counts['breakups']:.0f} break-ups, {counts['merges']:.0f} merges, "
+        f"{counts['breakups']:.0f} break-ups, {merges}"
         f"{counts['present']:.0f} droplets present. "
         f"{_STEADY[study.steady]}",
-        _ending(design, run),
+        _ending(design, run, study),
     )
     for said, name in links.items():
         page.link(said, name)
@@ -98,23 +99,18 @@ def emulsion_page(
     return page
 
 
-def _ending(design: EmulsionDesign, run: Emulsion) -> str:
-    """Say what a reader has to know first: that guards ended the run, or took much out of it."""
+def _ending(design: EmulsionDesign, run: Emulsion, study: SizeStudy) -> str:
+    """Say what a reader has to know first: what guards did, and what was not measured, and why."""
+    told = []
+    if run.stopped or run.retired_share > RETIRED_WARNING:
+        report = run.guard_report
+        told.append(f"{report[0].upper()}{report[1:]}.")
     if run.stopped:
-        report = run.guard_report
-        return (
-            f"{report[0].upper()}{report[1:]}. It was to take {design.time:.4g} t0; what follows "
-            "was measured up to there."
-        )
-    if run.retired_share > RETIRED_WARNING:
-        report = run.guard_report
-        return f"{report[0].upper()}{report[1:]}."
-    return ""
+        told.append(f"It was to take {design.time:.4g} t0; what follows was measured up to there.")
+    return " ".join(told + study.remarks)
 
 
 def _tell_sizes(page: Page, design: EmulsionDesign, run: Emulsion, study: SizeStudy) -> None:
-    for remark in study.remarks:
-        page.paragraph(remark)
     if len(study.series) > 1:
         page.figure(
             figures.sizes_over_time(run.sizes, study),
@@ -246,9 +242,11 @@ def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
         "the same, weighted by area": study.weighted_diameter,
         "mean area (D0²)": study.mean_area,
         "<A²>/<A>²": study.dispersity,
-        "correlation time (t0)": f"{study.correlation_time:.3g}",
-        "blocks": study.blocks,
-        "residence time (t0)": f"{study.residence_time:.3g}",
+        "correlation time (t0)": _found(study.correlation_time, "not measured"),
+        "blocks that errors come from": (
+            "too few" if math.isnan(study.mean_area.error) else study.blocks
+        ),
+        "residence time (t0)": _found(study.residence_time, "not measured"),
         "trend of the mean area, share": study.trend,
     }
     scale = design.parameters.scale
@@ -261,8 +259,8 @@ def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
     return facts
 
 
-def _found(value: float) -> str:
-    return "none found" if math.isnan(value) else f"{value:.3g}"
+def _found(value: float, otherwise: str = "none found") -> str:
+    return otherwise if math.isnan(value) else f"{value:.3g}"
 
 
 def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | None) -> None:
