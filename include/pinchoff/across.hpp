@@ -16,6 +16,13 @@ struct Across {
     double strength;  // how much, grey levels
     double undone;    // share on which it is soon undone
     double placed;    // how much of what happens near the outline happens on it, from 0 to 1
+    bool halo;        // whether it is the light about a droplet in phase contrast that ends here
+};
+
+/// How a halo is told: a dark rim, within it, is the droplet's own.
+struct HaloRule {
+    double reach;       // inwards, pixels, in which the rim is
+    double dark, core;  // how much darker it is than outside, and than the middle, halos
 };
 
 /// How it is told; lengths in pixels.
@@ -27,6 +34,7 @@ struct AcrossRule {
     double ended;   // least share of a rim that ends outside
     double undone;  // share of a change
     double noise;   // grey levels below which nothing happens
+    HaloRule halo;
 };
 
 inline double median_of(std::vector<double> values) {
@@ -115,6 +123,24 @@ inline double placed(const Picture& picture, const Ray& outwards, int near) {
     return change / std::max(high - low, 1.0f);
 }
 
+/// Whether a bright rim lies about a dark one, as phase contrast shows the edge of a droplet.
+///
+/// `rays` begin outside and go inwards in pixels' steps; `core` is the grey level of the middle.
+inline bool is_halo(const Picture& picture, const std::vector<Ray>& rays, double core,
+                    std::size_t samples, const HaloRule& rule) {
+    std::vector<double> profile, values;
+    for (std::size_t k = 0; k < samples; ++k) {
+        values.clear();
+        for (const Ray& ray : rays) values.push_back(ray.at(picture, k));
+        profile.push_back(median_of(values));
+    }
+    const auto brightest = std::max_element(profile.begin(), profile.end());
+    const double outside = profile.front(), halo = *brightest - outside;
+    const double darkest = *std::min_element(brightest, profile.end());
+    return halo > 0.0 && outside - darkest >= rule.dark * halo &&
+           core - darkest >= rule.core * halo;
+}
+
 /// `normals` are outward unit vectors at `points`.
 inline Across across(const Picture& picture, const std::vector<Vec2>& points,
                      const std::vector<Vec2>& normals, const AcrossRule& rule) {
@@ -126,6 +152,7 @@ inline Across across(const Picture& picture, const std::vector<Vec2>& points,
     centre = {centre.x / static_cast<double>(points.size()),
               centre.y / static_cast<double>(points.size())};
     std::vector<AcrossRay> rays;
+    std::vector<Ray> inwards;
     std::vector<double> inner, on_it;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec2 p = points[i], n = normals[i];
@@ -136,9 +163,10 @@ inline Across across(const Picture& picture, const std::vector<Vec2>& points,
         const Ray ray{{p.x - rule.reach * n.x, p.y - rule.reach * n.y}, n};
         for (std::size_t k = 0; k < profile.size(); ++k) profile[k] = ray.at(picture, k);
         rays.push_back(across_ray(profile, reach));
+        inwards.push_back({{p.x + rule.reach * n.x, p.y + rule.reach * n.y}, {-n.x, -n.y}});
         on_it.push_back(placed(picture, {p, n}, rule.near));
     }
-    if (rays.empty()) return {0.0, 0.0, 0.0, 0.0};
+    if (rays.empty()) return {0.0, 0.0, 0.0, 0.0, false};
     const double core = median_of(inner);
     const std::vector<double> dark = happening(rays, core, 1.0, rule);
     const std::vector<double> bright = happening(rays, core, -1.0, rule);
@@ -152,8 +180,10 @@ inline Across across(const Picture& picture, const std::vector<Vec2>& points,
         undone.push_back(is_dark ? ray.fall : ray.rise);
     }
     const double least = std::max(rule.faint * strength, rule.noise);
+    const auto samples = static_cast<std::size_t>(std::ceil(rule.reach + rule.halo.reach));
+    const bool halo = !is_dark && is_halo(picture, inwards, core, samples, rule.halo);
     return {share_of(happens, std::vector<double>(happens.size(), least)), strength,
-            share_of(undone, changes), median_of(on_it)};
+            share_of(undone, changes), median_of(on_it), halo};
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

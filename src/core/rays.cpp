@@ -147,16 +147,24 @@ void bind_rays(nb::module_& m) {
     m.def(
         "across",
         [](Rows image, Points points, Points normals, int reach, double far, int near, double faint,
-           double ended, double undone, double noise) {
+           double ended, double undone, double noise, std::tuple<double, double, double> halo) {
+            const auto [halo_reach, halo_dark, halo_core] = halo;
             const Across seen = across(picture_of(image), points_of(points), points_of(normals),
-                                       {reach, far, near, faint, ended, undone, noise});
-            return std::tuple(seen.closed, seen.strength, seen.undone, seen.placed);
+                                       {reach,
+                                        far,
+                                        near,
+                                        faint,
+                                        ended,
+                                        undone,
+                                        noise,
+                                        {halo_reach, halo_dark, halo_core}});
+            return std::tuple(seen.closed, seen.strength, seen.undone, seen.placed, seen.halo);
         },
         "image"_a, "points"_a, "normals"_a, "reach"_a, "far"_a, "near"_a, "faint"_a, "ended"_a,
-        "undone"_a, "noise"_a,
+        "undone"_a, "noise"_a, "halo"_a,
         "What is seen across an outline, (n, 2) points with outward normals: the share on which "
         "something happens, how much,\nthe share on which it is undone farther out, and how much "
-        "of it happens on the outline.");
+        "of it happens on the outline, and whether it is the light about a dark rim.");
 }
 
 }  // namespace pinchoff

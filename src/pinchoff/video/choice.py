@@ -49,6 +49,7 @@ _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where 
 _TWICE, _AS_MANY = 2.0, 0.85  # times the droplets of the best: then this share of its score will do
 _MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
+_NEAR_LEAST = 0.6  # of the usual diameter: where the least looked for is more, less is
 
 
 Variant = tuple[Callable[[Sequence[Frame]], Segmenter], dict[str, Any]]
@@ -306,7 +307,7 @@ def _without_small(trial: Trial, *, given: bool) -> Trial:
         return trial._replace(segmenter=segmenter.without_smaller(segmenter.minimum_area))
     # The median weighted by area: half of the covered area is in larger droplets.
     usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
-    least = max(segmenter.minimum_area, _SMALL**2 * usual)
+    least = max(min(segmenter.minimum_area, _NEAR_LEAST**2 * usual), _SMALL**2 * usual)
     kept = [[each for each in here if each.area >= least] for here in trial.found]
     variant = {**trial.variant, "minimum_area_px": least}
     return trial._replace(segmenter=segmenter.without_smaller(least), variant=variant, found=kept)

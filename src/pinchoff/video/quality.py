@@ -28,6 +28,9 @@ _SHARP, _PLACED = 0.9, 0.15  # what a sharp edge on the outline shows; exponent 
 _FAINT = 0.25  # of the median change across the outline: less is a gap
 _ENDED = 0.3  # least share of a rim that ends outside
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
+_HALO = 0.6  # radii from an outline inwards in which a darker rim makes a bright one a halo
+_HALO_DARK, _HALO_CORE = 0.4, 0.25  # how much darker than outside it is, and than the middle, halos
+_HALO_SURE = 0.5  # how sure the outline of a halo may be
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
 _ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
 _WEIGHT = 0.75  # exponent of the area: a droplet is worth more whole than in pieces
@@ -102,8 +105,8 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 continue
             seen = [across(view.image, droplet.outline, view.noise) for view in views]
             sure, closed = max(
-                (_how_sure(each, view.rims, most), each.closed)
-                for each, view, most in zip(seen, views, strongest, strict=True)
+                (_how_sure(rim, view.rims, most), rim.closed)
+                for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
             score += (2.0 * sure - 1.0) * droplet.area**_WEIGHT
@@ -126,12 +129,15 @@ class _Across(NamedTuple):
         Share on which it is soon undone: then the outline is the inner edge of a rim.
     placed : float
         How much of what happens near the outline happens on it, from 0 to 1.
+    halo : bool
+        Whether it is the light about a droplet in phase contrast that ends here.
     """
 
     closed: float
     strength: float
     inner: float
     placed: float
+    halo: bool
 
 
 def across(image: Image, outline: Floats, noise: float) -> _Across:
@@ -159,6 +165,7 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
         _ENDED,
         _UNDONE,
         LEAST_CONTRAST * noise,
+        (_HALO * radius, _HALO_DARK, _HALO_CORE),
     )
     return _Across(*seen)
 
@@ -166,6 +173,8 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
 def _how_sure(seen: _Across, rims: bool, strongest: float) -> float:
     """Return how sure an outline is after what its rays show, from 0 to 1."""
     sure = seen.closed**2 * (1.0 - 0.5 * seen.inner * rims)
+    if seen.halo:
+        sure *= _HALO_SURE
     sure *= min(1.0, seen.strength / max(strongest, 1e-6)) ** _STRENGTH
     return float(sure * min(1.0, seen.placed / _SHARP) ** _PLACED)
 
@@ -205,7 +214,7 @@ def persistence(
         wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
         for droplets, seen, again in ((before, old, rows), (after, new, columns)):
             radii = np.sqrt(seen[:, 2] / np.pi)
-            inside = np.array([not _leaves(each, size) for each in droplets], dtype=bool)
+            inside = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
             total += float(radii[inside].sum())
             inside[again] = False
             wrong += float(radii[inside].sum())
@@ -214,7 +223,7 @@ def persistence(
 
 def _rows(droplets: Sequence[Droplet]) -> Floats:
     """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:

@@ -49,7 +49,10 @@ _VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
 _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
+_STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
 _STILL_SHARE = 0.75  # of the frames in which it is seen
+_LINGERING = 3.0  # times that: it moves, but about its place
+_SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
 
 class Border(NamedTuple):
@@ -87,12 +90,10 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)
     dark = cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     dark = dark[side:-side, side:-side]
-    walks, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    mask = np.zeros((height, width), dtype=np.uint8)
-    for walk in walks:
-        left, top, wide, high = cv2.boundingRect(walk)
-        if left == 0 or top == 0 or left + wide == width or top + high == height:
-            cv2.drawContours(mask, [walk], -1, 255, cv2.FILLED)
+    _, parts = cv2.connectedComponents(dark)
+    sides = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    at_sides = np.isin(parts, sides[sides > 0])
+    mask: Pixels = np.where(at_sides, np.uint8(255), np.uint8(0))
     return mask if mask.any() else None
 
 
@@ -103,8 +104,8 @@ def without_bays(walk: Walk) -> Walk:
 
 def without_dents(outline: Floats) -> Floats:
     """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
-    fine = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
-    return outline[_outside_bays(fine, _DENT)]
+    scaled = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
+    return outline[_outside_bays(scaled, _DENT)]
 
 
 def _outside_bays(walk: Walk, widest: float) -> Bools:
@@ -189,25 +190,55 @@ def standing_rows(seen: Sequence[Floats]) -> Floats:
     Returns
     -------
     ndarray, shape (m, 3)
-        None where nothing moves: then what is there are the droplets.
+        None where nothing moves, or most to and fro about its place: then what is there are the
+        droplets.
     """
     nothing = np.empty((0, 3))
     if len(seen) < 3:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    still = np.array(
-        [len(np.unique(frames[alike(every, row)])) >= _STILL_SHARE * len(seen) for row in every],
-        dtype=bool,
-    )
-    return every[still] if len(every) and not still.all() else nothing
+    stays = np.array([_stays(every, frames, row, len(seen)) for row in every]).reshape(-1, 2)
+    still, lingers = stays[:, 0], stays[:, 1]
+    if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
+        return nothing
+    return every[still]
+
+
+def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
+    """Return whether a region stands still, and whether it is near its place, in most frames.
+
+    Parameters
+    ----------
+    every : ndarray, shape (n, 3)
+        Centre x, y and area of the regions in all frames.
+    frames : ndarray, shape (n,)
+        In which frame each is.
+    row : ndarray, shape (3,)
+        The region.
+    count : int
+        Of frames.
+    """
+    near = _agree(every, row, _LINGERING * _STILL_PX, _LINGERING * _STILL_AREA)
+    if len(np.unique(frames[near])) < _STILL_SHARE * count:
+        return False, False
+    same = near & alike(every, row)
+    if len(np.unique(frames[same])) < _STILL_SHARE * count:
+        return False, True
+    places = np.array([every[same & (frames == k), :2].mean(axis=0) for k in set(frames[same])])
+    return bool(np.hypot(*places.std(axis=0)) < _SPREAD_PX), True
 
 
 def alike(rows: Floats, row: Floats) -> Bools:
     """Return which rows of centre and area agree with one."""
+    return _agree(rows, row, _STILL_PX, _STILL_AREA)
+
+
+def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
     change = np.abs(rows[:, 2] - row[2])
-    agree: Bools = (away <= _STILL_PX) & (change <= _STILL_AREA * row[2])
+    allowed = share * row[2] + _STILL_EDGE * math.sqrt(row[2])
+    agree: Bools = (away <= distance) & (change <= allowed)
     return agree
 
 
@@ -352,7 +383,7 @@ class Groups:
         """Return the number of each member's group, -1 for those that are alone."""
         roots = [self._root(member) for member in range(len(self._parent))]
         sizes: dict[int, int] = {}
-        for root, there in zip(roots, present, strict=True):
-            sizes[root] = sizes.get(root, 0) + there
+        for root, is_present in zip(roots, present, strict=True):
+            sizes[root] = sizes.get(root, 0) + is_present
         numbers: dict[int, int] = {}
         return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]

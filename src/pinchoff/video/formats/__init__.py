@@ -60,7 +60,7 @@ def opened(path: Path, channel: str | None = None) -> Source:
     InputError
         Nothing is there, it cannot be read, or its format is none of these.
     """
-    from pinchoff.video.formats import films, folders, microscopes, tiff
+    from pinchoff.video.formats import films, folders, microscopes, phantom, tiff
 
     if not path.exists():
         raise InputError.of(str(path), "an existing clip", "nothing there", CHOICE)
@@ -78,4 +78,6 @@ def opened(path: Path, channel: str | None = None) -> Source:
         return microscopes.NikonFile(path, channel)
     if suffix == ".czi":
         return microscopes.ZeissFile(path, channel)
+    if suffix == ".cine":
+        return phantom.opened_phantom(path, channel)
     return films.Film(path, channel)

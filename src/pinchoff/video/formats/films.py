@@ -1,4 +1,4 @@
-"""Films in any container that FFmpeg opens, through PyAV; Phantom's .cine among them."""
+"""Films in any container that FFmpeg opens, through PyAV."""
 
 from __future__ import annotations
 
