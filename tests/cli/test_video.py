@@ -225,7 +225,6 @@ def test_settings_from_a_file(filmed, tmp_path):
     assert result["settings"]["laboratory"]["obstacle_radius_um"] == 85.0
 
 
-@pytest.mark.usefixtures("unrendered")
 def test_packed_scene(filmed, tmp_path):
     out = tmp_path / "out"
     told = [*LABORATORY, "--packed", "--frames", "0:40", "--no-overlay"]
