@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import difflib
 import errno
+import functools
 import io
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -132,11 +133,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return _failed("interrupted", 1)
 
 
+@functools.cache
+def _parser() -> Callable[..., object]:
+    """Build what reads the line, once: it asks every command for its options."""
+    return typer.main.get_command(app)
+
+
 def _ended(given: Sequence[str], debug: bool) -> int:
     """Run a command to its end and say what went wrong; return the exit code."""
     try:
         with printed_warnings():
-            code = app(given, prog_name="pinchoff", standalone_mode=False)
+            code = _parser()(given, prog_name="pinchoff", standalone_mode=False)
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:
