@@ -8,24 +8,23 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
 from pinchoff.cli.cluster import Scheduler, cluster_client
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
+from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
     OutFolder,
     StartAnew,
+    Workers,
+    argument,
     named_as_options,
-    option,
     switch,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.output import announce, bar, print_table
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml, written_aside
+from pinchoff.support.files import read_toml, write_csv
 from pinchoff.support.numerals import counted
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -43,18 +42,14 @@ _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
+# The checkpoint is removed first: it counts on the others.
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
 def emulsion(
-    config: Annotated[
-        Path, typer.Argument(metavar="CONFIG.toml", help="The array, the flow and the droplets.")
-    ],
+    config: Annotated[Path, argument("CONFIG.toml", "The array, the flow and the droplets")],
     out: OutFolder = "emulsion",
-    workers: Annotated[
-        int | None,
-        option("INTEGER", "Threads", "--workers", "--threads", default="one a core"),
-    ] = None,
+    workers: Workers = None,
     scheduler: Scheduler = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
     as_json: AsJson = False,
@@ -105,7 +100,7 @@ def emulsion(
     with results_in(folder), going_on_with(out):
         if overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
-                _remove(place)
+                remove_results(place, _PIECES)
         if varied:
             with named_as_options("scheduler"), cluster as client:
                 _sweep(varied, folder, client, workers, movie, as_json)
@@ -124,12 +119,6 @@ def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
         raise InputError.of("--movie", "left out where outlines are not kept", "it", advice)
 
 
-def _remove(folder: Path) -> None:
-    for pattern in _PIECES:  # the checkpoint first: it counts on the others
-        for path in folder.glob(pattern):
-            path.unlink()
-
-
 class _Made(NamedTuple):
     run: Emulsion
     study: SizeStudy
@@ -139,13 +128,12 @@ class _Made(NamedTuple):
 
 def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool) -> _Made:
     """Run a design, or go on with it, and write all that comes of it."""
-    shown = sys.stderr.isatty()
-    with progress_bar(shown, "flow", None, unit="iterations") as show:
+    with bar("flow", unit="iterations") as show:
         flow = design.flow(show)
-    run = design.run(flow, folder, threads=workers, progress=shown)
+    run = design.run(flow, folder, threads=workers, progress=sys.stderr.isatty())
     files, report = _write(design, flow, run, folder, workers)
     if movie:
-        _write_movie(design, run, folder, shown)
+        _write_movie(design, run, folder)
         files.append(folder / MOVIE)
     return _Made(run, design.study(run, flow), report, files)
 
@@ -173,8 +161,7 @@ def _sweep(
             values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
             print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
     table = pd.DataFrame([rows[one.folder] for one in runs])
-    with written_aside(folder / SWEEP) as unfinished:
-        table.to_csv(unfinished, index=False)
+    write_csv(folder / SWEEP, table)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
     report = {"runs": jsonable(table.to_dict("records"))}
     announce(report, lambda: None, [folder / PAGE, folder / SWEEP], as_json=as_json)
@@ -221,11 +208,11 @@ def _write(
     return files, report
 
 
-def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: bool) -> None:
+def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path) -> None:
     from pinchoff.figures.emulsion_film import write_emulsion_film
 
     largest = float(run.sizes["diameter"].max())
-    with progress_bar(shown, "movie", run.time, unit="t0") as show:
+    with bar("movie", run.time, "t0") as show:
         write_emulsion_film(
             folder / MOVIE,
             run.outline_pieces(),
@@ -238,21 +225,23 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: boo
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    numbers = {name: dict(getattr(study, name)._asdict()) for name in _MEASURED}
-    rates = {kind: rate._asdict() for kind, rate in study.rates.items()}
-    report: dict[str, Any] = {
-        **numbers,
-        "rates": rates,
-        "steady": study.steady,
-        "remarks": study.remarks,
-    }
-    report["correlation_time"] = study.correlation_time
-    report["residence_time"] = study.residence_time
-    report |= {"time": run.time, "balance": run.balance}
-    report |= {"stopped": run.stopped, "guard_report": run.guard_report}
-    report |= {"retired_share": run.retired_share}
-    found: dict[str, Any] = jsonable(report)
-    return found
+    numbers = {name: getattr(study, name)._asdict() for name in _MEASURED}
+    report: dict[str, Any] = jsonable(
+        {
+            **numbers,
+            "rates": {kind: rate._asdict() for kind, rate in study.rates.items()},
+            "steady": study.steady,
+            "remarks": study.remarks,
+            "correlation_time": study.correlation_time,
+            "residence_time": study.residence_time,
+            "time": run.time,
+            "balance": run.balance,
+            "stopped": run.stopped,
+            "guard_report": run.guard_report,
+            "retired_share": run.retired_share,
+        }
+    )
+    return report
 
 
 def _warn(study: SizeStudy) -> None:

@@ -102,8 +102,8 @@ def _draw_path(axes: Axes, comparison: Comparison) -> None:
     axes.plot(*comparison.simulated.T, color=palette.SIMULATED, label="simulation")
     axes.plot(*comparison.filmed.T, "o", ms=2.5, color=palette.INK, label="film")
     axes.set(ylabel=r"$y_\mathrm{CM}$ (µm)")
-    said = f"root mean square distance at equal times {comparison.position_rms_um:.1f} µm"
-    axes.set_title(said, loc="right")
+    title = f"root mean square distance at equal times {comparison.position_rms_um:.1f} µm"
+    axes.set_title(title, loc="right")
     axes.legend()
 
 

@@ -28,6 +28,9 @@ _FAINT = 0.25  # of the median change across the outline: less is a gap
 _ENDED = 0.3  # least share of a rim that ends outside
 _MOST = 120  # droplets of one frame that are looked at
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
+_HALO = 0.6  # radii from an outline inwards in which a darker rim makes a bright one a halo
+_HALO_DARK, _HALO_CORE = 0.4, 0.25  # how much darker than outside it is, and than the middle, halos
+_HALO_SURE = 0.5  # how sure the outline of a halo may be
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
 _ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
 _WEIGHT = 0.75  # exponent of the area: a droplet is worth more whole than in pieces
@@ -125,8 +128,8 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 continue
             seen = [across(view.image, droplet.outline, view.noise) for view in views]
             sure, closed = max(
-                (_how_sure(each, view.rims, most), each.closed)
-                for each, view, most in zip(seen, views, strongest, strict=True)
+                (_how_sure(rim, view.rims, most), rim.closed)
+                for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
             score += every * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
@@ -150,12 +153,15 @@ class _Across(NamedTuple):
         Share on which it is soon undone: then the outline is the inner edge of a rim.
     placed : float
         How much of what happens near the outline happens on it, from 0 to 1.
+    halo : bool
+        Whether it is the light about a droplet in phase contrast that ends here.
     """
 
     closed: float
     strength: float
     inner: float
     placed: float
+    halo: bool
 
 
 def across(image: Image, outline: Floats, noise: float) -> _Across:
@@ -178,7 +184,7 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
     profiles = sampled(image, points, normals, along)
     within = np.all((points > 1.0) & (points < np.array([width, height]) - 2.0), axis=1)
     if not within.any():
-        return _Across(0.0, 0.0, 0.0, 0.0)
+        return _Across(0.0, 0.0, 0.0, 0.0, False)
     profiles = profiles[within]
     on_it = np.arange(-_NEAR, _NEAR + 1e-6, 0.5 * _STEP)
     close = sampled(image, points[within], normals[within], on_it)
@@ -205,12 +211,29 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
         float(np.median(happens)),
         float((undone >= _UNDONE * rise).mean()),
         placed,
+        sign < 0.0 and _is_halo(image, points[within], normals[within], core, radius),
     )
+
+
+def _is_halo(image: Image, points: Floats, normals: Floats, core: float, radius: float) -> bool:
+    """Return whether a bright rim lies about a dark one, which is the droplet's own.
+
+    Phase contrast shows a dark rim on the droplet's edge and light about it. Parameters are as in
+    `across`; `core` is the grey level of the middle.
+    """
+    inwards = np.arange(_REACH, -_HALO * radius, -_STEP)
+    profile = np.median(sampled(image, points, normals, inwards), axis=0)
+    outside, brightest = float(profile[0]), int(profile.argmax())
+    halo = float(profile[brightest]) - outside
+    darkest = float(profile[brightest:].min())
+    return outside - darkest >= _HALO_DARK * halo > 0.0 and core - darkest >= _HALO_CORE * halo
 
 
 def _how_sure(seen: _Across, rims: bool, strongest: float) -> float:
     """Return how sure an outline is after what its rays show, from 0 to 1."""
     sure = seen.closed**2 * (1.0 - 0.5 * seen.inner * rims)
+    if seen.halo:
+        sure *= _HALO_SURE
     sure *= min(1.0, seen.strength / max(strongest, 1e-6)) ** _STRENGTH
     return float(sure * min(1.0, seen.placed / _SHARP) ** _PLACED)
 
@@ -250,7 +273,7 @@ def persistence(
         wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
         for droplets, seen, again in ((before, old, rows), (after, new, columns)):
             radii = np.sqrt(seen[:, 2] / np.pi)
-            inside = np.array([not _leaves(each, size) for each in droplets], dtype=bool)
+            inside = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
             total += float(radii[inside].sum())
             inside[again] = False
             wrong += float(radii[inside].sum())
@@ -259,7 +282,7 @@ def persistence(
 
 def _rows(droplets: Sequence[Droplet]) -> Floats:
     """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:

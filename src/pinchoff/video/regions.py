@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff import _core
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -48,6 +49,7 @@ _VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
 _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
+_STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
 _STILL_SHARE = 0.75  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
@@ -77,7 +79,9 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     images : sequence of ndarray, shape (height, width)
         Grey levels in some frames: it is dark in all of them.
     """
-    brightest = np.max([cv2.GaussianBlur(image, (0, 0), 1.0) for image in images], axis=0)
+    brightest = cv2.GaussianBlur(images[0], (0, 0), 1.0)
+    for image in images[1:]:
+        cv2.max(brightest, cv2.GaussianBlur(image, (0, 0), 1.0), dst=brightest)
     darkest, usual = np.quantile(brightest[::4, ::4], [_VIEW_DARKEST, 0.5])
     level = float(darkest + _VIEW_DARKNESS * (usual - darkest))
     dark = cv2.compare(brightest, level, cv2.CMP_LT)
@@ -86,12 +90,10 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)
     dark = cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     dark = dark[side:-side, side:-side]
-    walks, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    mask = np.zeros((height, width), dtype=np.uint8)
-    for walk in walks:
-        left, top, wide, high = cv2.boundingRect(walk)
-        if left == 0 or top == 0 or left + wide == width or top + high == height:
-            cv2.drawContours(mask, [walk], -1, 255, cv2.FILLED)
+    _, parts = cv2.connectedComponents(dark)
+    sides = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    at_sides = np.isin(parts, sides[sides > 0])
+    mask: Pixels = np.where(at_sides, np.uint8(255), np.uint8(0))
     return mask if mask.any() else None
 
 
@@ -102,8 +104,8 @@ def without_bays(walk: Walk) -> Walk:
 
 def without_dents(outline: Floats) -> Floats:
     """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
-    fine = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
-    return outline[_outside_bays(fine, _DENT)]
+    scaled = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
+    return outline[_outside_bays(scaled, _DENT)]
 
 
 def _outside_bays(walk: Walk, widest: float) -> Bools:
@@ -130,10 +132,10 @@ def _outside_bays(walk: Walk, widest: float) -> Bools:
 
 def is_compact(walk: Walk) -> bool:
     """Return whether a region is convex, not a sliver and not three-cornered."""
-    area = cv2.contourArea(walk)
-    if area < _CONVEX * cv2.contourArea(cv2.convexHull(walk)):
+    area, hull = cv2.contourArea(walk), cv2.convexHull(walk)
+    if area < _CONVEX * cv2.contourArea(hull):
         return False
-    _, sides, _ = cv2.minAreaRect(walk)
+    _, sides, _ = cv2.minAreaRect(hull)
     short, long = min(sides), max(sides)
     return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
@@ -214,7 +216,8 @@ def alike(rows: Floats, row: Floats) -> Bools:
 def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
     change = np.abs(rows[:, 2] - row[2])
-    agree: Bools = (away <= distance) & (change <= share * row[2])
+    allowed = share * row[2] + _STILL_EDGE * math.sqrt(row[2])
+    agree: Bools = (away <= distance) & (change <= allowed)
     return agree
 
 
@@ -228,26 +231,15 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
     size : (int, int), optional
         Width and height of the frame, pixels, if the region may end at its edge.
     """
-    line = line.astype(np.float64)
-    closed = np.concatenate([line, line[:1]])
-    steps = closed[1:] - closed[:-1]
-    along = np.zeros(len(closed))
-    np.cumsum(np.hypot(steps[:, 0], steps[:, 1]), out=along[1:])
-    count = int(min(max(along[-1] / _SPACING, _FEWEST_RAYS), _MOST_RAYS))
-    places = np.arange(count) * (along[-1] / count)
-    points = np.column_stack([np.interp(places, along, closed[:, k]) for k in (0, 1)])
-    at_edge = np.zeros(count, dtype=bool)
-    if size is not None:
-        last = np.array(size) - 1.0
-        at_edge = np.any((points <= _AT_EDGE) | (points >= last - _AT_EDGE), axis=1)
-    points = np.where(at_edge[:, None], points, smoothed(points.T).T)
-    around = np.concatenate([points[-2:], points, points[:2]])
-    tangents = around[4:] - around[:-4]
-    if cv2.contourArea(points.astype(np.float32), oriented=True) < 0.0:
-        # OpenCV walks round holes clockwise as seen, round the outside the other way.
-        points, tangents, at_edge = points[::-1], -tangents[::-1], at_edge[::-1]
-    lengths = np.maximum(np.hypot(tangents[:, 0], tangents[:, 1]), 1e-9)
-    normals = np.column_stack([tangents[:, 1], -tangents[:, 0]]) / lengths[:, None]
+    points, normals, at_edge = _core.region_border(
+        line.astype(np.float64),
+        _SPACING,
+        _FEWEST_RAYS,
+        _MOST_RAYS,
+        _SMOOTHING,
+        _AT_EDGE,
+        (0, 0) if size is None else size,
+    )
     return Border(points, normals, at_edge)
 
 
@@ -372,7 +364,7 @@ class Groups:
         """Return the number of each member's group, -1 for those that are alone."""
         roots = [self._root(member) for member in range(len(self._parent))]
         sizes: dict[int, int] = {}
-        for root, there in zip(roots, present, strict=True):
-            sizes[root] = sizes.get(root, 0) + there
+        for root, is_present in zip(roots, present, strict=True):
+            sizes[root] = sizes.get(root, 0) + is_present
         numbers: dict[int, int] = {}
         return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]

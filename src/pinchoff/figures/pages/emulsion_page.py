@@ -74,15 +74,15 @@ def emulsion_page(
         f"{_STEADY[study.steady]}",
         _ending(design, run, study),
     )
-    for said, name in links.items():
-        page.link(said, name)
+    for label, name in links.items():
+        page.link(label, name)
     events, array = run.events, design.array
     page.section("The array")
     for last in deque(run.outline_pieces(), maxlen=1):
         droplets, time = last[-1], float(last.times[-1])
-        for color, said in _COLORS.items():
+        for color, label in _COLORS.items():
             axes = figures.droplets_in_array(droplets, array, time, color, design.periodic)
-            page.figure(axes, f"The last frame, coloured by {said}.")
+            page.figure(axes, f"The last frame, coloured by {label}.")
     page.facts(_settings(design, run))
     page.section("Sizes")
     _tell_sizes(page, design, run, study)
