@@ -26,7 +26,7 @@ from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle, known_obstacles, obstacles_of
 from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import outside_view
+from pinchoff.video.regions import outside_view, rows_of, standing_rows, without_standing
 from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import Signal, best_channel, noise_of, strong_tint
 
@@ -153,9 +153,9 @@ class _Known(NamedTuple):
         """Those in which droplets may show."""
         return list(dict.fromkeys([self.channel, *([self.tint] if self.tint else [])]))
 
-    def view(self, signal: Signal) -> NDArray[np.uint8] | None:
-        """Return what is outside of the view: it is dark in all frames."""
-        return outside_view([signal.of(frame) for frame in _spread(self.frames, _VIEWED)])
+    def view(self) -> NDArray[np.uint8] | None:
+        """Return what is outside of the view: it is dark in all frames, in every colour."""
+        return outside_view([Signal().of(frame) for frame in _spread(self.frames, _VIEWED)])
 
     @property
     def shorter(self) -> int:
@@ -170,9 +170,9 @@ def _rings(clip: _Known) -> Iterator[Variants]:
 
 
 def _enclosed(clip: _Known) -> Iterator[Variants]:
+    view = clip.view()
     for inverted, parts in ((False, _WINDOWS), (True, _BRIGHT_WINDOWS)):
         signal = Signal(clip.channel, inverted)
-        view = clip.view(signal)
         for window in _odd(clip.shorter / part for part in parts):
             build = partial(
                 EnclosedSegmenter.learned,
@@ -185,11 +185,11 @@ def _enclosed(clip: _Known) -> Iterator[Variants]:
 
 
 def _spots(clip: _Known) -> Iterator[Variants]:
+    view = clip.view()
     for channel in clip.channels:
         for inverted in (False, True):
             sort: Variants = []
             signal = Signal(channel, inverted)
-            view = clip.view(signal)
             for window in _odd(clip.shorter / part for part in _WIDE):
                 build = partial(
                     SpotSegmenter.learned,
@@ -405,6 +405,17 @@ class _Contest:
             (self._droplets(trial.segmenter, one), self._droplets(trial.segmenter, other))
             for one, other in self._pairs
         ]
+        if isinstance(trial.segmenter, RimSegmenter):
+            # The others know what stands still from what they learned from.
+            seen_in = [*trial.found, *(here for pair in pairs for here in pair)]
+            standing = standing_rows([rows_of(here) for here in seen_in])
+            segmenter = trial.segmenter.without(standing)
+            found = [without_standing(here, standing) for here in trial.found]
+            trial = trial._replace(segmenter=segmenter, found=found)
+            pairs = [
+                (without_standing(one, standing), without_standing(other, standing))
+                for one, other in pairs
+            ]
         height, width = self.frames[0].luma.shape
         share = persistence(pairs, (width, height))
         if math.isnan(share):

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, sampled, standing_rows
+from pinchoff.video.regions import (
+    LEAST_CONTRAST,
+    alike,
+    border_of,
+    rows_of,
+    sampled,
+    standing_rows,
+)
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -117,7 +124,7 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
         In each frame.
     """
     score, shares, count = 0.0, [], 0
-    standing = standing_rows([_rows(here) for here in found])
+    standing = standing_rows([rows_of(here) for here in found])
     for views, droplets in zip(pictures, found, strict=True):
         strongest = [view.strongest for view in views]
         # Of very many a part stands for all.
@@ -261,7 +268,7 @@ def persistence(
     """
     total, wrong = 0.0, 0.0
     for before, after in pairs:
-        old, new = _rows(before), _rows(after)
+        old, new = rows_of(before), rows_of(after)
         distance = np.hypot(*(old[:, None, :2] - new[None, :, :2]).transpose(2, 0, 1))
         largest = np.maximum(old[:, None, 2], new[None, :, 2])
         change = np.abs(old[:, None, 2] - new[None, :, 2]) / np.maximum(largest, 1e-6)
@@ -278,11 +285,6 @@ def persistence(
             inside[again] = False
             wrong += float(radii[inside].sum())
     return max(0.0, 1.0 - wrong / total) if total > 0.0 else math.nan
-
-
-def _rows(droplets: Sequence[Droplet]) -> Floats:
-    """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:

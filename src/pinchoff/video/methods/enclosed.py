@@ -35,6 +35,7 @@ from pinchoff.video.regions import (
     is_ground,
     leaves_view,
     one_a_droplet,
+    seen_part,
     smoothed,
     standing_rows,
     without_bays,
@@ -212,11 +213,12 @@ class EnclosedSegmenter:
         if not walks:
             return []
         least = _INTERIOR_SHARE * self.minimum_area
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         holes = []
         for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
                 continue
-            if is_ground(walk, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
                 continue
             whole = without_bays(walk)
             if is_compact(whole):

@@ -32,6 +32,7 @@ from pinchoff.video.regions import (
     is_ground,
     leaves_view,
     one_a_droplet,
+    seen_part,
     smoothed,
     standing_rows,
     without_bays,
@@ -214,11 +215,12 @@ class SpotSegmenter:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         walks, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         spots: list[_Spot] = []
         for place, walk in enumerate(walks):
             if hierarchy[0, place, 3] >= 0 or cv2.contourArea(walk) < 0.5 * self.minimum_area:
                 continue
-            if is_ground(walk, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
                 continue
             whole = without_bays(walk)
             if is_compact(whole):
