@@ -411,7 +411,8 @@ class _Contest:
             standing = standing_rows([rows_of(here) for here in seen_in])
             segmenter = trial.segmenter.without(standing)
             found = [without_standing(here, standing) for here in trial.found]
-            trial = trial._replace(segmenter=segmenter, found=found)
+            seen = quality([self._pictures[frame.number] for frame in self.frames], found)
+            trial = trial._replace(segmenter=segmenter, found=found, quality=seen)
             pairs = [
                 (without_standing(one, standing), without_standing(other, standing))
                 for one, other in pairs

@@ -52,7 +52,7 @@ _VIEW_BLUR = 1 / 64  # of the shorter side of the frame: how wide its edge is, b
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
-_STILL_SHARE = 0.75  # of the frames in which it is seen
+_STILL_SHARE = 0.6  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
