@@ -178,28 +178,35 @@ def is_ground(walk: Walk, seen: Rectangle) -> bool:
     return bool(across or (top <= seen.edge and top + high >= seen.height - seen.edge))
 
 
-def standing_rows(seen: Sequence[Floats]) -> Floats:
+def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     """Return the regions that stand still while others move: walls, dust, a clock.
 
     Parameters
     ----------
     seen : sequence of ndarray, shape (n, 3)
         Centre x, y and area of the regions in each frame.
+    always : bool, optional
+        Whether to return them also where nothing else moves.
 
     Returns
     -------
     ndarray, shape (m, 3)
-        None where nothing moves, or most to and fro about its place: then what is there are the
-        droplets.
+        None where nothing moves, or much to and fro about its place and little farther: then what
+        is there are the droplets.
     """
     nothing = np.empty((0, 3))
     if len(seen) < 3:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    stays = np.array([_stays(every, frames, row, len(seen)) for row in every]).reshape(-1, 2)
+    stays = np.array([_stays(every, frames, row, len(seen)) for row in every], dtype=bool)
+    stays = stays.reshape(-1, 2)
     still, lingers = stays[:, 0], stays[:, 1]
-    if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
+    if always:
+        return every[still]
+    to_and_fro = np.count_nonzero(lingers & ~still)
+    travel = np.count_nonzero(~lingers)
+    if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
         return nothing
     return every[still]
 
