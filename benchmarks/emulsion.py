@@ -24,7 +24,8 @@ from rich.table import Table
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.model.emulsion import WINDOW, flat_frame
+from pinchoff.model.emulsion_result import flat_frame
+from pinchoff.model.emulsion_scene import WINDOW
 from pinchoff.model.gsd import OutlineWriter
 
 HERE = Path(__file__).parent

@@ -15,6 +15,7 @@
 
 #include "math.hpp"
 #include "model.hpp"
+#include "random.hpp"
 
 namespace pinchoff {
 
@@ -58,14 +59,6 @@ inline double draining_rate(const Film& film, const Coalescence& how) {
     return film.harmonic / (how.film_time * length * length);
 }
 
-/// Scrambles a number so that numbers next to each other have nothing in common (SplitMix64).
-inline std::uint64_t mixed(std::uint64_t z) {
-    z += 0x9e3779b97f4a7c15ULL;
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    return z ^ (z >> 31);
-}
-
 /// The clock at which two droplets merge: 1, or, where 1/t_d is a rate, a number with an
 /// exponential distribution that depends on the seed, the droplets and the count of their contacts
 /// alone.
@@ -76,7 +69,7 @@ inline double clock_needed(const Coalescence& how, std::uint64_t one, std::uint6
     for (const std::uint64_t part :
          {std::min(one, other), std::max(one, other), static_cast<std::uint64_t>(meeting)})
         z = mixed(z ^ part);
-    return -std::log1p(-static_cast<double>(z >> 11) * 0x1p-53);
+    return -std::log1p(-fraction_of(z));
 }
 
 enum class FilmStage { touched, parted, merged, unmerged };

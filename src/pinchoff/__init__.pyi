@@ -11,10 +11,10 @@ from .fits import LawFit as LawFit
 from .fits import fit_law as fit_law
 from .model import arrays as arrays
 from .model import flow as flow
-from .model.emulsion import Coalescence as Coalescence
-from .model.emulsion import Emulsion as Emulsion
-from .model.emulsion import Inlet as Inlet
 from .model.emulsion import simulate_emulsion as simulate_emulsion
+from .model.emulsion_result import Emulsion as Emulsion
+from .model.emulsion_scene import Coalescence as Coalescence
+from .model.emulsion_scene import Inlet as Inlet
 from .model.energy import term_forces as term_forces
 from .model.energy import total_energy as total_energy
 from .model.outlines import Outlines as Outlines

@@ -1,14 +1,32 @@
-"""Every command that writes, small, with what it needs to read."""
+"""Every command that writes, small, with what it needs to read; and how an attack is made."""
 
 from __future__ import annotations
 
+import importlib
+import os
+import pkgutil
+import re
+import resource
+import signal
 import sys
+import tempfile
+import traceback
+import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
+import pinchoff as po
 from pinchoff.cli import main
+
+FORM = re.compile(r"error: .+ must be .+; got .*; .+", re.S)
+LONGEST_S = 20
+"""CPU time that an input may take."""
+MOST_BYTES = 1_000_000_000
+"""Memory that an input may take, with what the process of the tests has."""
 
 PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
 
@@ -129,3 +147,73 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def writing(given: Path) -> Callable[[str, Path], list[str]]:
     """Return the function that gives the arguments of a command that writes to a folder."""
     return lambda name, out: {**commands(given, out), **files_of(given, out)}[name]
+
+
+def _end_as(arguments: list[str], said: int, longest_s: int, *, draws: bool) -> None:
+    """Run a command in this process, which ends with it."""
+    code = 1
+    try:
+        signal.alarm(20 * longest_s)  # one that waits takes no CPU time
+        resource.setrlimit(resource.RLIMIT_CPU, (longest_s + 1, longest_s + 1))
+        resource.setrlimit(resource.RLIMIT_DATA, (4 * MOST_BYTES, 4 * MOST_BYTES))
+        warnings.resetwarnings()
+        sys.stdout = open(os.devnull, "w")  # noqa: PTH123, SIM115
+        sys.stderr = os.fdopen(said, "w", encoding="utf-8", errors="replace")
+        os.dup2(said, 2)
+        if not draws:
+            save, empty = Figure.savefig, Figure(figsize=(1, 1))
+            Figure.savefig = lambda _, *given, **more: save(empty, *given, **more)
+        code = main(["--debug", *arguments])
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        sys.stderr.flush()
+        os._exit(code)
+
+
+def forked(
+    arguments: list[str], out: Path, longest_s: int = LONGEST_S, *, draws: bool = True
+) -> list[str]:
+    """Run a command in a copy of this process; return what is wrong with how it ended.
+
+    Nothing is imported again, and neither a crash nor memory that is never given back reaches the
+    next attack. Without `draws` its figures are empty: drawing them takes longest.
+    """
+    with tempfile.TemporaryFile() as file:
+        child = os.fork()
+        if child == 0:
+            _end_as(arguments, file.fileno(), longest_s, draws=draws)
+        _, status, used = os.wait4(child, 0)
+        file.seek(0)
+        said = file.read().decode(errors="replace")
+    code, wrong = os.waitstatus_to_exitcode(status), []
+    if code not in (0, 2):
+        wrong.append(f"exit code {code}: {said[-2000:]}")
+    if code == 2 and not FORM.search(said):
+        wrong.append(f"not in our form: {said[-500:]}")
+    if "Traceback" in said and code in (0, 2):
+        wrong.append(f"a traceback: {said[-2000:]}")
+    if used.ru_utime + used.ru_stime > longest_s:
+        wrong.append(f"CPU time: {used.ru_utime + used.ru_stime:.0f} s")
+    if used.ru_maxrss * 1024 > MOST_BYTES:
+        wrong.append(f"memory: {used.ru_maxrss / 1024:.0f} MiB")
+    if code != 0 and out.is_dir() and not any(out.iterdir()):
+        wrong.append("an empty folder is left")
+    if any(path.name.startswith(".pinchoff") for path in out.parent.rglob(".pinchoff*")):
+        wrong.append("an unfinished file is left")
+    return wrong
+
+
+@pytest.fixture(scope="session")
+def attack() -> Callable[..., list[str]]:
+    """Return the function that attacks; all that commands import is imported once, here."""
+    if not hasattr(os, "fork"):
+        pytest.skip("this system copies no processes")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for module in pkgutil.walk_packages(po.__path__, "pinchoff."):
+            with suppress(ImportError):  # of an extra that is not installed
+                importlib.import_module(module.name)
+    with suppress(ImportError):
+        importlib.import_module("cv2").setNumThreads(1)  # its threads do not survive a copy
+    return forked

@@ -1,27 +1,26 @@
-"""Configurations and tables, mutated at random, through the command line's entry point.
+"""Configurations, options and tables, mutated at random, through the command line's entry point.
 
-Each ends with exit code 0 or 2, in a line of our form, soon. `--attacks N` sets how many are tried.
+Each ends with exit code 0 or 2, in a line of our form, soon. `--attacks N` sets how many are tried:
+as many configurations and options, and half as many tables.
 """
 
 from __future__ import annotations
 
+import io
 import random
 import re
-import time
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 import pinchoff as po
 from pinchoff.cli import main
-from pinchoff.figures import style
 
-FORM = re.compile(r"error: .+ must be .+; got .*; .+", re.S)
-LONGEST_S = 20.0
-"""CPU time that an input may take."""
+Attack = Callable[..., list[str]]
 
 SWEEP = """\
 design = "sobol"
@@ -60,6 +59,125 @@ viscosity = "48 mPa s"
 surface_tension = "20 mN/m"
 thickness = "85 um"
 """
+LINE = """\
+vertex_count = 16
+start_distance = 1.0
+time_limit = 0.5
+neck_thickness = 0.3
+edge_stiffness = 2.0
+model = "deformable-particle"
+"""
+EMULSION = """\
+time = 4.0
+interval = 0.2
+seed = 1
+
+[parameters]
+simulation_capillary_number = 60
+vertex_count = 16
+
+[array]
+kind = "square"
+rows = 2
+columns = 1
+radius = 0.3
+gap = 1.0
+before = 1
+behind = 1
+
+[flow]
+thickness = 0.5
+
+[inlet]
+area_fraction = 0.2
+diameters = [1.0]
+
+[coalescence]
+drainage = 0.5
+"""
+CHAMBER = """\
+thickness_um = 45
+
+[imaging]
+obstacle_radius_um = 60
+pitch_um = 600
+rows = 6
+columns = 3
+stagger = 0.5
+
+[supports]
+flank_um = 1000
+
+[mask]
+polarity = "dark-field"
+chord_tolerance_um = 0.5
+label = "R60 z45 dense"
+
+[rules]
+largest_aspect_ratio = 4
+on_violation = "warn"
+
+[operation]
+oil_rate_uL_min = 30
+droplet_diameter_um = 300
+"""
+CONFIGURATIONS = {
+    "sweep": (SWEEP, ["sweep", "{config}", "--workers", "1"]),
+    "run": (RUN, ["run", "{config}"]),
+    "physical": (PHYSICAL, ["run", "{config}"]),
+    "boundary": (LINE, ["boundary", "{config}", "--capillary", "40", "--scan", "4"]),
+    "calibrate": (
+        LINE,
+        [
+            *("calibrate", "0.083,-0.74,0.1,0.2", "{config}", "--free", "edge_stiffness"),
+            *("--points", "3", "--width", "0.5", "--scan", "4", "--evaluations", "1"),
+            *("--grid", "0"),
+        ],
+    ),
+    "emulsion": (EMULSION, ["emulsion", "{config}", "--workers", "1"]),
+    "chamber": (CHAMBER, ["chamber", "{config}"]),
+}
+"""By name: the configuration, and the command that takes it."""
+
+OPTIONS = {
+    "run": """\
+--size-ratio = 5.0
+--capillary = 20
+--offset = 0.1
+--set = vertex_count = 16
+--set = time_limit = 0.05
+--frames-every = 0.02
+--format = png
+""",
+    "boundary": """\
+--capillary = [20, 40]
+--size-ratio = 5.0
+--set = vertex_count = 16
+--set = time_limit = 0.5
+--width = 0.2
+--scan = 4
+""",
+    "virtual": """\
+--rows = 12
+--seed = 3
+--engine
+--preset = default
+--set = vertex_count = 16
+--set = time_limit = 6
+--set = ca_speed = contact
+--symmetry-noise = 0.05
+""",
+    "chamber": """\
+--obstacle-radius = 60 um
+--thickness = 45 um
+--set = imaging.rows = 6
+--set = imaging.columns = 3
+--set = mask.chord_tolerance_um = 0.5
+--warn
+""",
+}
+"""By command: its options, one a line; the first " = " stands for a space."""
+
 VALUES = (
     *("nan", "inf", "-inf", "-1", "0", "1e-320", "1e308", "-0.0", "true", "false", "[]", "{}"),
     *('""', '"x"', '"1 um"', '"-3 mm/s"', '"µ"', "[1, 2]", '["a"]', "{ min = 1 }", "1979-05-27"),
@@ -133,71 +251,132 @@ def mutated_table(draw: random.Random, frame: pd.DataFrame) -> bytes:
     return encoded[: draw.randrange(1, len(encoded))] if draw.random() < 0.1 else encoded
 
 
-def attack(arguments: list[str], content: bytes, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """Run a command; return what is wrong with how it ended."""
-    start = time.process_time()
-    try:
-        code = main(["--debug", *arguments])
-    except Exception as error:
-        return [f"{type(error).__name__}: {error}"]
-    took = time.process_time() - start
-    said = capsys.readouterr().err
-    errors = [line for line in said.splitlines() if line.startswith("error: ")]
-    wrong = []
-    if code not in (0, 2):
-        wrong.append(f"exit code {code}: {said[-200:]}")
-    if code == 2 and not (errors and FORM.match(said[said.index("error: ") :])):
-        wrong.append(f"not in our form: {said[-200:]}")
-    if took > LONGEST_S:
-        wrong.append(f"{took:.0f} s")
-    return wrong
+def wrong_with(found: dict[str, str], wrong: list[str], content: str | bytes) -> None:
+    """Keep the first of each kind of fault, with what caused it, for whoever mends it."""
+    for each in wrong:
+        kind = each.partition("\n")[0][:40] + each.strip().rpartition("\n")[2][:60]
+        if kind not in found:
+            folder = Path("build") / "attacks"
+            folder.mkdir(parents=True, exist_ok=True)
+            kept = folder / f"{abs(hash(kind)):x}"
+            kept.write_bytes(content.encode() if isinstance(content, str) else content)
+            found[kind] = f"{each}\n{content if isinstance(content, str) else kept}"
+
+
+def filled(arguments: list[str], config: Path) -> list[str]:
+    return [str(config) if text == "{config}" else text for text in arguments]
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize(
-    ("command", "base"),
-    [("sweep", SWEEP), ("run", RUN), ("run", PHYSICAL)],
-    ids=["sweep", "run", "physical"],
-)
-def test_mutated_configurations(attacks, tmp_path, capsys, command, base):
-    draw = random.Random(5)
+@pytest.mark.parametrize("name", CONFIGURATIONS)
+def test_mutated_configurations(attack: Attack, attacks: int, tmp_path: Path, name: str) -> None:
+    draw = random.Random(name)
+    base, arguments = CONFIGURATIONS[name]
+    config = tmp_path / "given.toml"
+    config.write_text(base)
+    assert main([*filled(arguments, config), "--out", str(tmp_path / "base")]) == 0
     found: dict[str, str] = {}
-    for k in range(attacks // 3):
+    for k in range(max(1, attacks // (len(CONFIGURATIONS) + len(OPTIONS)))):
         text = mutated_lines(draw, base)
-        path = tmp_path / f"{k}.toml"
-        path.write_bytes(text.encode())
-        given = [str(path)] if command == "sweep" else ["--config", str(path)]
-        wrong = attack([command, *given, "--out", str(tmp_path / f"out{k}")], b"", capsys)
-        found |= {each.partition(": ")[0]: f"{each}\n{text}" for each in wrong}
+        config.write_bytes(text.encode())
+        out = tmp_path / str(k) / "out"
+        wrong = attack([*filled(arguments, config), "--out", str(out)], out, draws=k % 10 == 0)
+        wrong_with(found, wrong, text)
     assert not found, "\n\n".join(found.values())
+
+
+def options_of(text: str) -> list[str]:
+    """Return the options that stand in lines, as a shell would hand them over."""
+    lines = text.replace("\0", "").splitlines()
+    return [part for line in lines for part in line.split(" = ", 1)]
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_mutated_tables(attacks, table, tmp_path, capsys, monkeypatch):
-    """Of three tables in four the pictures are empty: drawing them takes longest."""
-    draw = random.Random(6)
-    save, empty = style.save, Figure(figsize=(1, 1)).subplots()
+@pytest.mark.parametrize("command", OPTIONS)
+def test_mutated_options(attack: Attack, attacks: int, tmp_path: Path, command: str) -> None:
+    draw = random.Random(command)
+    base = OPTIONS[command]
+    assert main([command, *options_of(base), "--out", str(tmp_path / "base.csv")]) == 0
     found: dict[str, str] = {}
-    path, out = tmp_path / "table.csv", tmp_path / "law"
-    for k in range(attacks // 3):
-        drawn = save if k % 4 == 0 else lambda path, _: save(path, empty)
-        monkeypatch.setattr(style, "save", drawn)
-        content = mutated_table(draw, table)
-        path.write_bytes(content)
-        options = ["--samples", "2", "--out", str(out), "--overwrite"]
-        options += draw.choice([[], [], ["--symmetry-noise", "0.088"], ["--free", "area"]])
-        wrong = attack(["fit", str(path), *options], content, capsys)
-        for each in wrong:
-            found[each.partition(": ")[0] + each[-40:]] = each
-            _keep(content, len(found))
+    for k in range(max(1, attacks // (len(CONFIGURATIONS) + len(OPTIONS)))):
+        text = mutated_lines(draw, base)
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        out = folder / "out.csv"
+        given = [command, *options_of(text), "--out", str(out)]
+        wrong_with(found, attack(given, out, draws=k % 10 == 0), text)
     assert not found, "\n\n".join(found.values())
 
 
-def _keep(content: bytes, number: int) -> None:
-    """Keep what was found, for whoever mends it."""
-    folder = Path("build") / "attacks"
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / f"{number}.csv").write_bytes(content)
+def spreadsheet(draw: random.Random, text: str) -> bytes:
+    """Return a text table as a spreadsheet, in three cases of four with a part that is damaged."""
+    written, separator = io.BytesIO(), "\t" if "\t" in text else ","
+    rows = [line.split(separator) for line in text.split("\n")]
+    cells = [[_CONTROL.sub("", cell) for cell in row] for row in rows]
+    pd.DataFrame(cells).map(_as_number).to_excel(written, header=False, index=False)
+    with zipfile.ZipFile(written) as packed:
+        parts = {name: packed.read(name) for name in packed.namelist()}
+    name = draw.choice(sorted(parts))
+    if (kind := draw.randrange(4)) == 1:
+        del parts[name]
+    elif kind == 2:
+        parts[name] = mutated_bytes(draw, parts[name])
+    damaged = io.BytesIO()
+    with zipfile.ZipFile(damaged, "w", zipfile.ZIP_DEFLATED) as packed:
+        for name, part in parts.items():
+            packed.writestr(name, part)
+    return mutated_bytes(draw, damaged.getvalue()) if kind == 3 else damaged.getvalue()
+
+
+_CONTROL = re.compile("[\0-\x1f]")
+
+
+def _as_number(cell: str | None) -> str | float | None:
+    try:
+        number = float(cell or "")
+    except ValueError:
+        return cell
+    return number if np.isfinite(number) else cell
+
+
+def mutated_bytes(draw: random.Random, content: bytes) -> bytes:
+    data = bytearray(content)
+    for _ in range(draw.choice([1, 1, 4])):
+        where = draw.randrange(len(data) or 1)
+        if draw.random() < 0.7 and data:
+            data[where] ^= 1 << draw.randrange(8)
+        else:
+            del data[where : where + draw.choice([1, 30, len(data)])]
+    return bytes(data)
+
+
+def parquet(draw: random.Random, frame: pd.DataFrame) -> bytes:
+    written = io.BytesIO()
+    frame.to_parquet(written, index=False)
+    return mutated_bytes(draw, written.getvalue())
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("suffix", [".csv", ".tsv", ".xlsx", ".ods", ".parquet"])
+def test_mutated_tables(
+    attack: Attack, attacks: int, table: pd.DataFrame, tmp_path: Path, suffix: str
+) -> None:
+    draw = random.Random(suffix)
+    found: dict[str, str] = {}
+    path = tmp_path / f"table{suffix}"
+    share = {".csv": 0.4, ".tsv": 0.1, ".xlsx": 0.3, ".ods": 0.05, ".parquet": 0.15}[suffix]
+    for k in range(max(1, round(attacks / 2 * share))):
+        content = mutated_table(draw, table)
+        if suffix in (".xlsx", ".ods"):
+            content = spreadsheet(draw, content.decode("utf-8", "replace"))
+        elif suffix == ".parquet":
+            content = parquet(draw, table)
+        path.write_bytes(content)
+        out = tmp_path / str(k) / "law"
+        options = ["--samples", "2", "--out", str(out)]
+        options += draw.choice([[], [], ["--symmetry-noise", "0.088"], ["--free", "area"]])
+        wrong_with(found, attack(["fit", str(path), *options], out, draws=k % 10 == 0), content)
+    assert not found, "\n\n".join(found.values())
 
 
 def test_the_mutations_differ(table):

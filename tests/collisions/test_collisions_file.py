@@ -9,8 +9,15 @@ import pandas as pd
 import pytest
 
 import pinchoff as po
+from pinchoff.collisions import parquet
 from pinchoff.collisions.parquet import write_collisions
-from pinchoff.collisions.schema import SHARED_COLUMNS, Column, measured_table, synthetic
+from pinchoff.collisions.schema import (
+    SHARED_COLUMNS,
+    Column,
+    measure_column,
+    measured_table,
+    synthetic,
+)
 from pinchoff.studies.sweep.summary import summarize
 
 
@@ -81,3 +88,22 @@ def test_summary_counts_what_broke(measured, tmp_path):
     found = summarize(tmp_path / "table.parquet")
     assert found.outcomes == {"did not break": 1, "broke": 1, "unknown": 1}
     assert found.points.population == 2
+
+
+def test_rows_that_come_one_by_one_are_one_table(tmp_path, monkeypatch):
+    columns = (measure_column("x_um", "µm", "place"), Column("parents", "1", "int64s", "tracks"))
+    monkeypatch.setattr(parquet, "_ROWS_HELD", 2)
+    with parquet.TableWriter(tmp_path / "rows.parquet", columns) as table:
+        for number in range(5):
+            table.append((number / 2, list(range(number))))
+    found = pd.read_parquet(tmp_path / "rows.parquet")
+    assert found["x_um"].tolist() == [0.0, 0.5, 1.0, 1.5, 2.0]
+    assert [len(parents) for parents in found["parents"]] == [0, 1, 2, 3, 4]
+    assert found.attrs["units"] == {"x_um": "µm", "parents": "1"}
+
+
+def test_a_table_that_ends_in_an_error_is_not_there(tmp_path):
+    with pytest.raises(RuntimeError), parquet.TableWriter(tmp_path / "rows.parquet", ()) as table:
+        table.append(())
+        raise RuntimeError
+    assert not list(tmp_path.iterdir())

@@ -7,10 +7,12 @@ import pytest
 import shapely
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
+from matplotlib.patches import Circle
 
 pytest.importorskip("gdstk", reason="the extra 'chamber' is not installed")
 
 from pinchoff.chamber import Chamber, check_rules
+from pinchoff.chamber.rules import broken_rules
 from pinchoff.figures import style
 from pinchoff.figures.chamber_design import REGION_LOOK, chamber_design
 
@@ -59,8 +61,9 @@ def test_violations_are_marked_where_they_are():
     chamber = Chamber(rules={"on_violation": "warn"}, oil_inputs={"channel_width_um": 15})
     violations = check_rules(chamber)
     axes = chamber_design(chamber, violations)
-    marks = {text.get_text(): text.xy for text in axes.texts}
-    assert len(marks) == len(violations)
-    for number, violation in enumerate(violations, start=1):
-        assert marks[str(number)][0] == pytest.approx(violation.x_um / 1e3)
-    assert str(violations[0]) in axes.get_title(loc="left")
+    rings = [patch.center for patch in axes.patches if isinstance(patch, Circle)]
+    assert rings == [(each.x_um / 1e3, each.y_um / 1e3) for each in violations]
+    rules = broken_rules(violations)
+    assert {text.get_text() for text in axes.texts} == {str(k + 1) for k in range(len(rules))}
+    for line in rules:
+        assert line in axes.get_title(loc="left")

@@ -16,7 +16,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff import _core
-from pinchoff.model.emulsion import EVENT_COLUMNS
+from pinchoff.model.emulsion_result import EVENT_COLUMNS
 from pinchoff.studies.head_on import calibrate_drainage, head_on_pair
 
 SPRINGS, FRONT = "deformable-particle", "front-tracking"

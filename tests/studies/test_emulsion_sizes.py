@@ -10,15 +10,10 @@ import pytest
 
 import pinchoff as po
 from pinchoff.collisions.law import breakup_number
+from pinchoff.studies.block_errors import correlation_time, jackknife
 from pinchoff.studies.emulsion_contacts import contact_outcomes
-from pinchoff.studies.emulsion_sizes import (
-    ancestors,
-    correlation_time,
-    jackknife,
-    lineage,
-    origins,
-    study_sizes,
-)
+from pinchoff.studies.emulsion_sizes import study_sizes
+from pinchoff.studies.lineage import ancestors, lineage, origins
 
 NO_EVENTS = pd.DataFrame({"time": [], "kind": []})
 

@@ -27,12 +27,8 @@ from pinchoff.chamber.emulsion_tables import (
     table_of,
 )
 from pinchoff.model.arrays import Floats, PillarArray
-from pinchoff.model.emulsion import (
-    WINDOW,
-    Coalescence,
-    Inlet,
-    simulate_emulsion,
-)
+from pinchoff.model.emulsion import simulate_emulsion
+from pinchoff.model.emulsion_scene import WINDOW, Coalescence, Inlet
 from pinchoff.model.parameters import Parameters
 from pinchoff.studies.emulsion_sizes import SizeStudy, study_sizes
 from pinchoff.studies.isolated_pillar import isolated_pillar
@@ -44,7 +40,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.chamber.periodic_flow import ArrayFlow
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
     from pinchoff.model.flow import Flow
     from pinchoff.support.progress import Show
 

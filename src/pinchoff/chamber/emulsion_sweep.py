@@ -13,7 +13,7 @@ from pinchoff.chamber.emulsion_design import EmulsionDesign
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 TABLE = "sweep"

@@ -15,12 +15,13 @@ from scipy.spatial import cKDTree
 from pinchoff.model import arrays
 from pinchoff.model.arrangement import start_clearance
 from pinchoff.model.arrays import Floats, PillarArray
-from pinchoff.model.emulsion import Coalescence, Inlet, emulsion_parameters
+from pinchoff.model.emulsion import emulsion_parameters
+from pinchoff.model.emulsion_scene import Coalescence, Inlet
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import positive_magnitude_of
+from pinchoff.support.units import positive_magnitude_of
 
 _KINDS: dict[str, Callable[..., PillarArray]] = {
     "square": arrays.square,

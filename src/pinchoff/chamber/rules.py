@@ -11,6 +11,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.shapes import polygons
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
@@ -83,6 +84,30 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
         *_islands(layout),
         *_blocked(layout, gap),
     ]
+
+
+def broken_rules(violations: Iterable[Violation]) -> dict[str, list[Violation]]:
+    """Return the violations of each limit by a line of text, which names the first place.
+
+    Examples
+    --------
+    >>> from pinchoff.chamber import Chamber
+    >>> narrow = Chamber(rules={"on_violation": "warn"}, oil_inputs={"channel_width_um": 15})
+    >>> print(next(iter(broken_rules(check_rules(narrow)))))
+    gap at (6580, 2400) µm and at 1 other place: the fluid is narrower than 21.25 µm
+    """
+    limits: dict[tuple[str, str], list[Violation]] = {}
+    for violation in violations:
+        limits.setdefault((violation.rule, violation.says), []).append(violation)
+    return {_line(places): places for places in limits.values()}
+
+
+def _line(places: list[Violation]) -> str:
+    first, *others = places
+    if not others:
+        return str(first)
+    where, says = str(first).split(": ", 1)
+    return f"{where} and at {counted(len(others), 'other place')}: {says}"
 
 
 def require_rules(violations: list[Violation]) -> None:

@@ -10,10 +10,11 @@ import errno
 import io
 import signal
 import sys
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Iterable, Sequence
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
@@ -43,10 +44,37 @@ _INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise 
 
 _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
+
+class _PlainCommand(TyperCommand):
+    """A command whose help names no type of Python."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _in_plain_words(super().get_params(ctx))
+
+
+class _PlainGroup(TyperGroup):
+    """The program, whose help names no type of Python either."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _in_plain_words(super().get_params(ctx))
+
+
+def _in_plain_words(parameters: Iterable[Any]) -> list[Any]:
+    """Take ``<path>`` and ``<bool>`` out: names of arguments and switches say what they take."""
+    found = list(parameters)
+    for parameter in found:
+        if parameter.param_type_name == "argument":
+            parameter.display_type_rich = lambda ctx: None
+        elif parameter.is_flag:
+            parameter.metavar = ""
+    return found
+
+
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
     rich_markup_mode="rich",
+    cls=_PlainGroup,
 )
 _COMMANDS = {
     "Begin": (examples,),
@@ -58,7 +86,7 @@ _COMMANDS = {
 }
 for _heading, _commands in _COMMANDS.items():
     for _command in _commands:
-        app.command(rich_help_panel=_heading)(_command)
+        app.command(cls=_PlainCommand, rich_help_panel=_heading)(_command)
 
 
 def _print_version(wanted: bool) -> None:

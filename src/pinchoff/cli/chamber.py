@@ -7,23 +7,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from pinchoff.cli.assignments import read_values
 from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
     Overwrite,
+    argument,
     flag_of,
     named_as_options,
     option,
     switch,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.output import announce, bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from pinchoff.chamber import Chamber, Violation
@@ -43,7 +42,6 @@ _DRAWINGS = ("chamber.svg", "chamber.png")
 _FILES = (*_WRITERS, *_DRAWINGS, RECORD, RULES, FLOW, COLLISION)
 
 _DEVICE = "Device"
-_NAMED = 10  # at most so many violations are printed
 _RATE_COLUMNS = {
     "oil_rate_uL_min": "oil (µL/min)",
     "speed_mm_s": "speed (mm/s)",
@@ -60,9 +58,9 @@ _QUANTITIES = {  # the key of each quantity that has an option of its own
 def chamber(
     config: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="CONFIG.toml",
-            help="A table for each part of the device; all may be left out.",
+        argument(
+            "CONFIG.toml",
+            "A table for each part of the device; all may be left out",
             show_default=False,
         ),
     ] = None,
@@ -136,13 +134,7 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file; the command line overrides it.
-
-    Raises
-    ------
-    InputError
-        Something is wrong; names the option or the key.
-    """
+    """Return the device of a file; the command line overrides it."""
     from pinchoff.chamber import Chamber
     from pinchoff.support.quantities import physical_magnitude
 
@@ -179,7 +171,7 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
     """Draw and name the violations, and refuse them where the rules say so."""
     if not violations:
         return
-    from pinchoff.chamber.rules import require_rules
+    from pinchoff.chamber.rules import broken_rules, require_rules
     from pinchoff.figures import style
     from pinchoff.figures.chamber_design import chamber_design
 
@@ -187,11 +179,8 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
     if design.rules.on_violation == "refuse":
         print(f"wrote {folder / RULES}", file=sys.stderr)
         require_rules(violations)
-    for violation in violations[:_NAMED]:
-        print(f"warning: {violation}", file=sys.stderr)
-    if len(violations) > _NAMED:
-        more = len(violations) - _NAMED
-        print(f"warning: and {more} more, in {folder / RULES}", file=sys.stderr)
+    for line in broken_rules(violations):
+        warn(line)
 
 
 def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[Path]:
@@ -218,7 +207,7 @@ def _flow(design: Chamber, violations: list[Violation], folder: Path) -> dict[st
     from pinchoff.figures import style
     from pinchoff.figures.chamber_flow import chamber_flow, flow_comparison
 
-    with progress_bar(sys.stderr.isatty(), "flow", None, unit="iterations") as show:
+    with bar("flow", unit="iterations") as show:
         check = check_flow(design, show=show)
     style.save(folder / FLOW, chamber_flow(check)[0])
     numbers = {**check.summary, "at_oil_rates": check.table().to_dict("records")}

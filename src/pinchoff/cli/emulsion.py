@@ -8,20 +8,18 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import typer
-
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, option, switch
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
+from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, Workers, argument, switch
+from pinchoff.cli.output import announce, bar, print_table
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml, written_aside
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.files import read_toml, write_csv
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import SweepRun
     from pinchoff.chamber.periodic_flow import ArrayFlow
-    from pinchoff.model.emulsion import Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
@@ -31,18 +29,14 @@ _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
+# The checkpoint is removed first: it counts on the others.
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
 def emulsion(
-    config: Annotated[
-        Path, typer.Argument(metavar="CONFIG.toml", help="The array, the flow and the droplets.")
-    ],
+    config: Annotated[Path, argument("CONFIG.toml", "The array, the flow and the droplets")],
     out: OutFolder = "emulsion",
-    workers: Annotated[
-        int | None,
-        option("INTEGER", "Threads", "--workers", "--threads", default="one a core"),
-    ] = None,
+    workers: Workers = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
@@ -83,7 +77,7 @@ def emulsion(
     with results_in(folder), going_on_with(out):
         if overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
-                _remove(place)
+                remove_results(place, _PIECES)
         if varied:
             _sweep(varied, folder, workers, movie, as_json)
             return
@@ -100,12 +94,6 @@ def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
         raise InputError.of("--movie", "left out where outlines are not kept", "it", advice)
 
 
-def _remove(folder: Path) -> None:
-    for pattern in _PIECES:  # the checkpoint first: it counts on the others
-        for path in folder.glob(pattern):
-            path.unlink()
-
-
 class _Made(NamedTuple):
     run: Emulsion
     study: SizeStudy
@@ -115,13 +103,12 @@ class _Made(NamedTuple):
 
 def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool) -> _Made:
     """Run a design, or go on with it, and write all that comes of it."""
-    shown = sys.stderr.isatty()
-    with progress_bar(shown, "flow", None, unit="iterations") as show:
+    with bar("flow", unit="iterations") as show:
         flow = design.flow(show)
-    run = design.run(flow, folder, threads=workers, progress=shown)
+    run = design.run(flow, folder, threads=workers, progress=sys.stderr.isatty())
     files, report = _write(design, flow, run, folder, workers)
     if movie:
-        _write_movie(design, run, folder, shown)
+        _write_movie(design, run, folder)
         files.append(folder / MOVIE)
     return _Made(run, design.study(run, flow), report, files)
 
@@ -143,8 +130,7 @@ def _sweep(
             values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
             print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
     table = pd.DataFrame(rows)
-    with written_aside(folder / SWEEP) as unfinished:
-        table.to_csv(unfinished, index=False)
+    write_csv(folder / SWEEP, table)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
     report = {"runs": jsonable(table.to_dict("records"))}
     announce(report, lambda: None, [folder / PAGE, folder / SWEEP], as_json=as_json)
@@ -158,7 +144,7 @@ def _write(
     from pinchoff.collisions.parquet import write_collisions, write_table
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
-    from pinchoff.model.emulsion import EVENT_COLUMNS, SIZE_COLUMNS
+    from pinchoff.model.emulsion_result import EVENT_COLUMNS, SIZE_COLUMNS
     from pinchoff.studies.contact_table import contact_table
     from pinchoff.studies.emulsion_contacts import contact_outcomes
 
@@ -191,11 +177,11 @@ def _write(
     return files, report
 
 
-def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: bool) -> None:
+def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path) -> None:
     from pinchoff.figures.emulsion_film import write_emulsion_film
 
     largest = float(run.sizes["diameter"].max())
-    with progress_bar(shown, "movie", run.time, unit="t0") as show:
+    with bar("movie", run.time, "t0") as show:
         write_emulsion_film(
             folder / MOVIE,
             run.outline_pieces(),
@@ -208,19 +194,20 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path, shown: boo
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    numbers = {name: dict(getattr(study, name)._asdict()) for name in _MEASURED}
-    rates = {kind: rate._asdict() for kind, rate in study.rates.items()}
-    report: dict[str, Any] = {
-        **numbers,
-        "rates": rates,
-        "steady": study.steady,
-        "remarks": study.remarks,
-    }
-    report["correlation_time"] = study.correlation_time
-    report["residence_time"] = study.residence_time
-    report |= {"time": run.time, "balance": run.balance}
-    found: dict[str, Any] = jsonable(report)
-    return found
+    numbers = {name: getattr(study, name)._asdict() for name in _MEASURED}
+    report: dict[str, Any] = jsonable(
+        {
+            **numbers,
+            "rates": {kind: rate._asdict() for kind, rate in study.rates.items()},
+            "steady": study.steady,
+            "remarks": study.remarks,
+            "correlation_time": study.correlation_time,
+            "residence_time": study.residence_time,
+            "time": run.time,
+            "balance": run.balance,
+        }
+    )
+    return report
 
 
 def _print(study: SizeStudy) -> None:

@@ -7,10 +7,13 @@ says what an option takes, what it is, in which unit, and what holds without it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import functools
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
@@ -51,21 +54,52 @@ def option(
     panel : str, optional
         Heading under which the help shows it.
     """
-    said = f"{meaning}."
+    text = f"{meaning}."
     if default is not None:
-        said += f" [dim]\\[default: {default}][/dim]"
-    return typer.Option(
-        *flags,
-        metavar=takes,
-        help=said,
-        show_default=default is None,
-        rich_help_panel=panel,
-    )
+        text += f" [dim]\\[default: {default}][/dim]"
+    shown = default is None
+    return typer.Option(*flags, metavar=takes, help=text, show_default=shown, rich_help_panel=panel)
 
 
 def switch(flag: str, meaning: str, *, panel: str | None = None) -> Any:
     """Return an option without a value."""
     return typer.Option(flag, metavar="", help=f"{meaning}.", rich_help_panel=panel)
+
+
+def argument(name: str, meaning: str, *, show_default: bool = True) -> Any:
+    """Return an argument without a flag: its name in capitals, and what it is."""
+    return typer.Argument(metavar=name, help=f"{meaning}.", show_default=show_default)
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of its groups as its own.
+
+    A group is a parameter whose type is a dataclass; every field of it is an option, which stands
+    in the help where the group stands in the signature.
+    """
+    parameters: list[inspect.Parameter] = []
+    groups: dict[str, Any] = {}
+    for parameter in inspect.signature(command, eval_str=True).parameters.values():
+        if not is_dataclass(parameter.annotation):
+            parameters.append(parameter)
+            continue
+        groups[parameter.name] = group = parameter.annotation
+        types = get_type_hints(group, include_extras=True)
+        parameters += [
+            parameter.replace(name=field.name, annotation=types[field.name], default=field.default)
+            for field in fields(group)
+        ]
+
+    @functools.wraps(command)
+    def run(**given: Any) -> None:
+        for name, group in groups.items():
+            given[name] = group(**{field.name: given.pop(field.name) for field in fields(group)})
+        command(**given)
+
+    by_name = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
+    run.__signature__ = inspect.Signature(by_name)  # type: ignore[attr-defined]
+    run.__annotations__ = {p.name: p.annotation for p in parameters}
+    return run
 
 
 def flag_of(name: str) -> str:
@@ -150,71 +184,82 @@ _OPTIONS = (
     "thickness",
 )
 
-ConfigFile = Annotated[
-    Path | None,
-    typer.Argument(metavar="CONFIG.toml", help="Parameters from a TOML file.", show_default=False),
-]
-Preset = Annotated[
-    str | None,
-    option(
-        "NAME", f"Model constants by name: {', '.join(PRESETS)}", default="default", panel=MODEL
-    ),
-]
-Model = Annotated[
-    str | None,
-    option(
-        "NAME",
-        f"What the outline is made of: {' or '.join(MODELS)}",
-        "--model",
-        default=MODELS[0],
-        panel=MODEL,
-    ),
-]
 OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)]
 Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
 StartAnew = Annotated[
-    bool,
-    switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT),
+    bool, switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT)
 ]
 AsJson = Annotated[
     bool,
     switch("--json", "Print the results as JSON, and the names of files on stderr", panel=OUTPUT),
 ]
 Seed = Annotated[int, option("INTEGER", "The same seed gives the same numbers")]
+Workers = Annotated[
+    int | None,
+    option("INTEGER", "How many work at the same time", "--workers", default="one a core"),
+]
 
 
-def configuration(
-    config: Path | None, preset: str | None, model: str | None = None
+@dataclass(frozen=True)
+class ModelOptions:
+    """The constants of the model by name, and what the outline is made of."""
+
+    preset: Annotated[
+        str | None,
+        option(
+            "NAME", f"Model constants by name: {', '.join(PRESETS)}", default="default", panel=MODEL
+        ),
+    ] = None
+    model: Annotated[
+        str | None,
+        option(
+            "NAME",
+            f"What the outline is made of: {' or '.join(MODELS)}",
+            default=MODELS[0],
+            panel=MODEL,
+        ),
+    ] = None
+
+    def parameters(self) -> tuple[Parameters, str]:
+        """Return what the options say, and the preset's name."""
+        return _configuration(None, self.preset, self.model)
+
+
+@dataclass(frozen=True)
+class ModelFileOptions(ModelOptions):
+    """The same, or all parameters from a file."""
+
+    config: Annotated[
+        Path | None,
+        argument("CONFIG.toml", "Parameters from a TOML file", show_default=False),
+    ] = None
+
+    def parameters(self) -> tuple[Parameters, str]:
+        """Return what the file and the options say, and the preset's name."""
+        return _configuration(self.config, self.preset, self.model)
+
+
+def _configuration(
+    config: Path | None, preset: str | None, model: str | None
 ) -> tuple[Parameters, str]:
-    """Return what a file or else a preset says, and the preset's name; the file is read once.
-
-    A model that is given stands in place of theirs.
-
-    Raises
-    ------
-    InputError
-        Both are given, or either is wrong.
-    """
+    """Return what a file or else a preset says; a model that is given stands in place of theirs."""
     from pinchoff.model.parameters import Parameters
     from pinchoff.support.files import read_toml
 
     if config is None:
-        name = preset or "default"
+        preset = preset or "default"
         with named_as_options("preset"):
-            return _of_model(Parameters.preset(name), model), name
-    if preset is not None:
-        raise InputError.of(
-            "--preset", "left out beside a file", preset, f"write the preset into {config}"
-        )
-    table = read_toml(config)
-    return _of_model(Parameters.from_config(table), model), str(table.get("preset", "default"))
-
-
-def _of_model(base: Parameters, model: str | None) -> Parameters:
+            base = Parameters.preset(preset)
+    elif preset is not None:
+        advice = f"write the preset into {config}"
+        raise InputError.of("--preset", "left out beside a file", preset, advice)
+    else:
+        table = read_toml(config)
+        base, preset = Parameters.from_config(table), str(table.get("preset", "default"))
     if model is None:
-        return base
+        return base, preset
     try:
-        return base.replace(model=model)
+        return base.replace(model=model), preset
     except InputError as error:
         raise error.renamed(_as_options(error.argument)) from None
 

@@ -6,6 +6,7 @@ import json
 import math
 import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -16,21 +17,19 @@ from pinchoff.cli.options import (
     MODEL,
     OUTPUT,
     AsJson,
-    ConfigFile,
-    Model,
+    ModelFileOptions,
     OutFolder,
     Overwrite,
-    Preset,
     changed,
-    configuration,
+    grouped,
     option,
     switch,
 )
-from pinchoff.cli.output import announce, print_collision, write_json
+from pinchoff.cli.output import announce, bar, print_collision
 from pinchoff.model.run_files import OUTLINES
 from pinchoff.model.run_files import REPORT as RESULTS
 from pinchoff.support.errors import InputError, SimulationError
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
@@ -45,8 +44,8 @@ _FILES = (RESULTS, OUTLINES, *SNAPSHOTS, MOVIE, GIF)
 _PHYSICAL = "Physical quantities, with their units"
 
 
-def _number(*flags: str, meaning: str, default: str, takes: str = "NUMBER") -> Any:
-    return option(takes, meaning, *flags, default=default, panel=MODEL)
+def _number(meaning: str, default: str, takes: str = "NUMBER") -> Any:
+    return option(takes, meaning, default=default, panel=MODEL)
 
 
 def _quantity(meaning: str, example: str) -> Any:
@@ -54,23 +53,30 @@ def _quantity(meaning: str, example: str) -> Any:
     return option("QUANTITY", meaning, panel=_PHYSICAL)
 
 
+@dataclass(frozen=True)
+class PhysicalOptions:
+    """Quantities from which the dimensionless groups follow."""
+
+    diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None
+    obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None
+    speed: Annotated[str | None, _quantity("Fluid, v", "1 mm/s")] = None
+    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None
+    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None
+    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None
+
+
+@grouped
 def run(
-    config: ConfigFile = None,
-    preset: Preset = None,
-    model: Model = None,
-    size_ratio: Annotated[
-        str | None, _number(meaning="D0/R, droplet over obstacle", default="5.66")
-    ] = None,
+    model: ModelFileOptions,
+    physical: PhysicalOptions,
+    size_ratio: Annotated[str | None, _number("D0/R, droplet over obstacle", "5.66")] = None,
     capillary: Annotated[
-        str | None,
-        _number(meaning="Ca_sim, viscous drag over line tension", default="25"),
+        str | None, _number("Ca_sim, viscous drag over line tension", "25")
     ] = None,
     offset: Annotated[
         str | None,
         _number(
-            meaning="Start off the axis: a number of D0, or a length as '20 um'",
-            takes="NUMBER|QUANTITY",
-            default="0.05",
+            "Start off the axis: a number of D0, or a length as '20 um'", "0.05", "NUMBER|QUANTITY"
         ),
     ] = None,
     constants: Annotated[
@@ -83,16 +89,10 @@ def run(
             panel=MODEL,
         ),
     ] = None,
-    diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None,
-    obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None,
-    speed: Annotated[str | None, _quantity("Fluid, v", "1 mm/s")] = None,
-    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None,
-    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None,
-    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None,
     out: OutFolder = "collision",
     frames_every: Annotated[
-        str, option("NUMBER", "Time between stored outlines, in t0", panel=OUTPUT)
-    ] = "0.02",
+        float, option("NUMBER", "Time between stored outlines, in t0", panel=OUTPUT)
+    ] = 0.02,
     formats: Annotated[
         str,
         option("LIST", f"Formats of the snapshots: {', '.join(FORMATS)}", "--format", panel=OUTPUT),
@@ -123,19 +123,14 @@ def run(
     --thickness '85 um'
     """
     numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
-    quantities = {
-        "diameter": diameter,
-        "obstacle_radius": obstacle_radius,
-        "speed": speed,
-        "viscosity": viscosity,
-        "surface_tension": surface_tension,
-        "thickness": thickness,
-    }
+    quantities = dict(vars(physical))
     (quantities if _has_unit(offset) else numbers)["offset"] = offset
-    interval = _interval(frames_every)
+    if not 0.0 < frames_every < math.inf:
+        rule, advice = "a positive, finite number", "give a time in t0, as 0.02"
+        raise InputError.of("--frames-every", rule, frames_every, advice)
     pictures = _pictures(formats)
     folder = results_folder(out)
-    base, preset_name = configuration(config, preset, model)
+    base, preset_name = model.parameters()
     parameters = changed(base, _given(numbers), constants or [], _given(quantities))
     if movie:
         from pinchoff.video.writing import require_video_extra
@@ -148,7 +143,7 @@ def run(
         from pinchoff.model.collision_report import collision_report
         from pinchoff.model.flow import stokes
 
-        collision = _simulated(parameters, folder / OUTLINES, interval)
+        collision = _simulated(parameters, folder / OUTLINES, frames_every)
         assert collision.outlines is not None
         flow = stokes(parameters.obstacle_radius) if streamlines else None
         for name in pictures:
@@ -175,18 +170,6 @@ def _has_unit(text: str | None) -> bool:
     except ValueError:
         return True
     return False
-
-
-def _interval(text: str) -> float:
-    try:
-        interval = float(text)
-    except ValueError:
-        interval = math.nan
-    if not 0.0 < interval < math.inf:
-        raise InputError.of(
-            "--frames-every", "a positive, finite number", text, "give a time in t0, as 0.02"
-        )
-    return interval
 
 
 def _description(out: Path, parameters: Parameters) -> str:
@@ -233,5 +216,5 @@ def _film(outlines: Outlines, out: Path, names: Iterable[str]) -> None:
     from pinchoff.figures.movie import animate
 
     for name in names:
-        with progress_bar(sys.stderr.isatty(), name, None, unit="frames") as show:
+        with bar(name, unit="frames") as show:
             animate(outlines, out / name, progress=show)

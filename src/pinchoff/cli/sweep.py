@@ -6,13 +6,13 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
 from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
     StartAnew,
+    Workers,
+    argument,
     named_as_options,
     option,
 )
@@ -27,20 +27,9 @@ if TYPE_CHECKING:
 
 
 def sweep(
-    config: Annotated[
-        Path, typer.Argument(metavar="CONFIG.toml", help="What is fixed and what is varied.")
-    ],
+    config: Annotated[Path, argument("CONFIG.toml", "What is fixed and what is varied")],
     out: OutFolder = "sweep",
-    workers: Annotated[
-        int | None,
-        option(
-            "INTEGER",
-            "Collisions simulated at the same time",
-            "--workers",
-            "--threads",
-            default="one a core",
-        ),
-    ] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None,
         option(

@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from pinchoff.cli.folders import require_new_file
 from pinchoff.cli.options import (
     CONSTANTS,
     MODEL,
     OUTPUT,
     AsJson,
-    Model,
+    ModelOptions,
     Overwrite,
-    Preset,
     Seed,
     changed,
-    configuration,
+    grouped,
     named_as_options,
     option,
     switch,
@@ -24,7 +24,9 @@ from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 
 
+@grouped
 def virtual(
+    model: ModelOptions,
     out: Annotated[Path, option("FILE", "The table, .parquet or .csv", panel=OUTPUT)] = Path(
         "virtual.parquet"
     ),
@@ -35,8 +37,6 @@ def virtual(
         switch("--engine", "Simulate every collision instead of drawing from the law"),
     ] = False,
     symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
-    preset: Preset = None,
-    model: Model = None,
     constants: Annotated[
         list[str] | None,
         option(
@@ -71,20 +71,15 @@ def virtual(
     from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment
 
     require_table_name("--out", out)
-    if out.exists() and not overwrite:
-        advice = "add --overwrite, or choose another name"
-        raise InputError.of("--out", "a new file", f"{out}, which exists", advice)
-    if not out.parent.is_dir():
-        advice = "make it, or choose another"
-        raise InputError.of("--out", "in an existing folder", str(out), advice)
-    given = {"--preset": preset, "--model": model, "--set": constants}
+    require_new_file("--out", out, overwrite=overwrite)
+    given = {"--preset": model.preset, "--model": model.model, "--set": constants}
     for flag, value in given.items():
         if value and not engine:
             shown = value if isinstance(value, str) else value[0]
             advice = "add --engine: without it nothing is simulated"
             raise InputError.of(flag, "left out without --engine", shown, advice)
-    base = changed(configuration(None, preset, model)[0], {}, constants or [], {})
-    with named_as_options("seed", "symmetry_noise", n="--rows"):
+    base = changed(model.parameters()[0], {}, constants or [], {})
+    with named_as_options("seed", "symmetry_noise", n="--rows", base="--set"):
         table = virtual_experiment(
             seed,
             rows,

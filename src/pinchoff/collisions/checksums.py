@@ -1,11 +1,12 @@
 """Checksums of a folder's parts: what is read back is what was written, to the last bit.
 
-They stand in a file of lines as ``sha256sum`` writes and checks them.
+Those of a sweep stand in a file of lines as ``sha256sum`` writes and checks them.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
@@ -29,14 +30,18 @@ def recorded_checksums(folder: Path) -> dict[str, str] | None:
     return {pair[1]: pair[0] for pair in lines if len(pair) == 2}
 
 
-def is_whole(path: Path, checksums: dict[str, str]) -> bool:
+def checksum_of(path: Path) -> str:
+    """Return the checksum of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def is_whole(path: Path, checksums: Mapping[str, str]) -> bool:
     """Return whether a file is there as it was written."""
     try:
-        with path.open("rb") as file:
-            found = hashlib.file_digest(file, "sha256").hexdigest()
+        return checksums.get(path.name) == checksum_of(path)
     except OSError:
         return False
-    return checksums.get(path.name) == found
 
 
 def require_whole(folder: Path, files: list[Path]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ import pyarrow.parquet as pq
 from pinchoff.collisions.checksums import require_whole
 from pinchoff.collisions.schema import COLUMNS, SHARED_COLUMNS, Column, pandas_type
 from pinchoff.support.errors import InputError, refused_by_system
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import HoldsFiles, written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,8 +29,11 @@ _ARROW_TYPES = {
     "boolean": pa.bool_(),
     "float64": pa.float64(),
     "int64": pa.int64(),
+    "int64s": pa.list_(pa.int64()),
     "category": pa.dictionary(pa.int8(), pa.string()),
 }
+
+_ROWS_HELD = 20_000
 
 
 def arrow_schema(columns: Sequence[Column]) -> pa.Schema:
@@ -52,6 +56,54 @@ def arrow_schema(columns: Sequence[Column]) -> pa.Schema:
     )
 
 
+class TableWriter(HoldsFiles):
+    """Write a Parquet file as its rows come, with units and meanings; few are held at a time.
+
+    It is entered while it writes. As it is left the file is there, whole, or not at all.
+
+    Parameters
+    ----------
+    target : Path or pyarrow.NativeFile
+    columns : sequence of Column
+    """
+
+    def __init__(self, target: Path | pa.NativeFile, columns: Sequence[Column]) -> None:
+        self._columns = columns
+        self._schema = arrow_schema(columns)
+        self._rows: list[tuple[Any, ...]] = []
+        with ExitStack() as files:
+            if isinstance(target, Path):
+                target = files.enter_context(written_aside(target))
+            self._writer = files.enter_context(pq.ParquetWriter(target, self._schema))
+            files.push(self._finish)
+            self._files = files.pop_all()
+
+    def append(self, row: tuple[Any, ...]) -> None:
+        """Add one row, a value for every column."""
+        self._rows.append(row)
+        if len(self._rows) >= _ROWS_HELD:
+            self._write_rows()
+
+    def append_columns(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Add many rows: an array for every column, by its name."""
+        arrays = [_array(columns[column.name], column) for column in self._columns]
+        self._writer.write_table(pa.table(arrays, schema=self._schema))
+
+    def append_batch(self, batch: pa.RecordBatch) -> None:
+        """Add rows that another file with these columns holds."""
+        self._writer.write_batch(batch.cast(self._schema))
+
+    def _write_rows(self) -> None:
+        columns = zip(*self._rows, strict=True)
+        arrays = [pa.array(c, f.type) for c, f in zip(columns, self._schema, strict=True)]
+        self._writer.write_table(pa.table(arrays, schema=self._schema))
+        self._rows.clear()
+
+    def _finish(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None and self._rows:
+            self._write_rows()
+
+
 def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column]) -> bytes:
     """Return a table as a Parquet file.
 
@@ -61,11 +113,9 @@ def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column])
         Every column of the schema.
     schema : sequence of Column
     """
-    table = pa.table(
-        [_array(columns[column.name], column) for column in schema], schema=arrow_schema(schema)
-    )
     sink = pa.BufferOutputStream()
-    pq.write_table(table, sink)
+    with TableWriter(sink, schema) as table:
+        table.append_columns(columns)
     return bytes(sink.getvalue())
 
 
@@ -91,12 +141,14 @@ def write_table(
     require_table_name(str(path), target)
     schema = [column for column in columns if column.name in frame]
     try:
-        with written_aside(target) as unfinished:
-            if target.suffix == ".csv":
+        if target.suffix == ".csv":
+            with written_aside(target) as unfinished:
                 frame[[column.name for column in schema]].to_csv(unfinished, index=False)
-            else:
-                arrays = {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
-                unfinished.write_bytes(parquet_bytes(arrays, schema))
+        else:
+            with TableWriter(target, schema) as table:
+                table.append_columns(
+                    {c.name: frame[c.name].to_numpy(na_value=np.nan) for c in schema}
+                )
     except OSError as error:
         raise refused_by_system(error) from None
 

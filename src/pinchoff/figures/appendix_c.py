@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 from pinchoff.figures import style
-from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.studies.boundary.collapse import Spread, collapse_spread, slopes
 from pinchoff.support.numerals import numeral
 

@@ -107,7 +107,7 @@ def _draw(
 
 def _title(axes: Axes, fit: LawFit) -> None:
     if fit.w.value > 0:
-        said = f"5–95 % within a factor {transition_factor(fit.w.value):.2f} in Bk"
+        text = f"5–95 % within a factor {transition_factor(fit.w.value):.2f} in Bk"
     else:
-        said = f"5–95 % within a factor {transition_factor(fit.w.high):.3g} in Bk at most"
-    axes.set_title(said, loc="right", fontsize=7)
+        text = f"5–95 % within a factor {transition_factor(fit.w.high):.3g} in Bk at most"
+    axes.set_title(text, loc="right", fontsize=7)

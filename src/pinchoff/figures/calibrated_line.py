@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.figures import style
-from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.studies.calibration.targets import CollisionsTarget
 from pinchoff.support import palette
 
@@ -72,8 +72,8 @@ def objective_landscape(
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
             axis.set_minor_formatter(NullFormatter())
             axis.set_tick_params(which="minor", length=0)
-            said = f"{unit}" if name == "neck_separation" else ""
-            axis.set_label_text(" ".join([_LABELS.get(name, name), said]).strip())
+            measured_in = f"{unit}" if name == "neck_separation" else ""
+            axis.set_label_text(" ".join([_LABELS.get(name, name), measured_in]).strip())
         figure_of = axes.figure
         bar = figure_of.colorbar(mesh, ax=axes, label=label)
         bar.formatter = FuncFormatter(lambda value, _: f"{value:g}")

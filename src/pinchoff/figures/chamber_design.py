@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from matplotlib.path import Path as Outline
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
+from pinchoff.chamber.rules import broken_rules
 from pinchoff.chamber.shapes import polygons
 from pinchoff.figures import style
 from pinchoff.support import palette
@@ -35,8 +37,7 @@ REGION_LOOK = {
 _VIOLATION = "#d62728"
 _RIM = 0.3
 _RING_SHARE = 0.012  # of the chip's length: radius of the ring round a violation
-_RINGED = 40  # violations that get a ring and a number
-_LISTED = 6  # violations that are written out
+_APART = 2.5  # rings: numbers of one rule are not written nearer to each other
 
 
 def chamber_design(
@@ -59,7 +60,7 @@ def chamber_design(
     layout = chamber.layout
     with style.journal_style():
         if axes is None:
-            axes = _wide_panel(layout.outline.bounds, len(violations))
+            axes = _wide_panel(layout.outline.bounds, len(broken_rules(violations)))
         # Artists, not patches, whose limits matplotlib would compute point by point.
         for name, shape in layout.regions.items():
             color = REGION_LOOK[name][0]
@@ -90,10 +91,10 @@ def shape_patch(shape: BaseGeometry, **look: Any) -> PathPatch:
     return PathPatch(Outline(np.concatenate(points), codes), **look)
 
 
-def _wide_panel(bounds: tuple[float, float, float, float], violations: int) -> Axes:
+def _wide_panel(bounds: tuple[float, float, float, float], lines: int) -> Axes:
     left, low, right, high = bounds
     height = (style.TWO_COLUMNS - 0.5) * (high - low) / (right - left) + 0.95
-    height += 0.11 * min(violations, _LISTED + 1)  # the lines of the list above it
+    height += 0.11 * lines  # of the list above it
     figure = style.new_figure(style.TWO_COLUMNS, height)
     return figure.subplots()
 
@@ -118,31 +119,36 @@ def _draw_numbers(axes: Axes, chamber: Chamber) -> None:
 def _draw_violations(
     axes: Axes, violations: Sequence[Violation], bounds: tuple[float, float, float, float]
 ) -> None:
-    """Mark each place in red, with a ring that shows where to look and its number."""
+    """Mark each place in red, with a ring that shows where to look and its rule's number."""
     ring = _RING_SHARE * (bounds[2] - bounds[0]) / 1e3
-    for violation in violations:
-        look = {"facecolor": (*to_rgb(_VIOLATION), 0.5), "edgecolor": _VIOLATION, "lw": 0.5}
-        axes.add_artist(shape_patch(violation.shape, **look, zorder=4))
-    for number, violation in enumerate(violations[:_RINGED], start=1):
-        x, y = violation.x_um / 1e3, violation.y_um / 1e3
-        ring_patch = Circle((x, y), ring, fill=False, edgecolor=_VIOLATION, lw=0.9, zorder=5)
-        axes.add_patch(ring_patch)
-        axes.annotate(
-            str(number),
-            (x, y + ring),
-            xytext=(0, 2),
-            textcoords="offset points",
-            color=_VIOLATION,
-            fontsize=6,
-            ha="center",
-            va="bottom",
-            bbox={"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0},
-            zorder=6,
-        )
-    listed = [f"{k}  {violation}" for k, violation in enumerate(violations[:_LISTED], start=1)]
-    if len(violations) > _LISTED:
-        listed.append(f"… and {len(violations) - _LISTED} more")
+    look = {"facecolor": (*to_rgb(_VIOLATION), 0.5), "edgecolor": _VIOLATION, "lw": 0.5}
+    rules = broken_rules(violations)
+    for number, places in enumerate(rules.values(), start=1):
+        numbered: list[tuple[float, float]] = []
+        for violation in places:
+            axes.add_artist(shape_patch(violation.shape, **look, zorder=4))
+            place = violation.x_um / 1e3, violation.y_um / 1e3
+            axes.add_patch(Circle(place, ring, fill=False, edgecolor=_VIOLATION, lw=0.9, zorder=5))
+            if all(math.dist(place, other) > _APART * ring for other in numbered):
+                numbered.append(place)
+                _draw_number(axes, number, place, ring)
+    listed = [f"{number}  {line}" for number, line in enumerate(rules, start=1)]
     axes.set_title("\n".join(listed), loc="left", fontsize=6, color=_VIOLATION)
+
+
+def _draw_number(axes: Axes, number: int, place: tuple[float, float], above: float) -> None:
+    axes.annotate(
+        str(number),
+        (place[0], place[1] + above),
+        xytext=(0, 1),
+        textcoords="offset points",
+        color=_VIOLATION,
+        fontsize=6,
+        ha="center",
+        va="bottom",
+        bbox={"boxstyle": "round,pad=0.1", "fc": "white", "lw": 0},
+        zorder=6,
+    )
 
 
 def _draw_legend(axes: Axes) -> None:

@@ -140,7 +140,7 @@ def _draw_scene(axes: Axes, outlines: Outlines, frame: int) -> None:
     obstacle = outlines.obstacles[0]
     corners = np.concatenate(
         [
-            *(each.vertices for each in outlines[frame]),
+            *(outline.vertices for outline in outlines[frame]),
             obstacle[:2] + obstacle[2:] * [[1, 1], [-1, -1]],
         ]
     )

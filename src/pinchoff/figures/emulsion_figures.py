@@ -19,8 +19,8 @@ from pinchoff.collisions.law import breakup_probability
 from pinchoff.figures import style
 from pinchoff.figures.scene import smooth_outline
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
-from pinchoff.studies.emulsion_sizes import ancestors
 from pinchoff.studies.isolated_pillar import relative_breakup_number
+from pinchoff.studies.lineage import ancestors
 from pinchoff.support import palette
 from pinchoff.support.paper_constants import WIDTH
 
@@ -297,6 +297,7 @@ def pair_contacts(events: pd.DataFrame) -> Axes:
     with style.journal_style():
         figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
         axes = figure.subplots()
+        axes.set(xscale="log", yscale="log")  # first: no contact has limits that suit it
         kinds = events["kind"].astype(str)
         for kind, said, color in (
             ("parted", "parted", palette.BLUE),
@@ -308,7 +309,6 @@ def pair_contacts(events: pd.DataFrame) -> Axes:
             label = f"{said}: {len(ended)}"
             axes.plot(lasted, clock, ".", ms=3, color=color, alpha=0.6, mew=0, label=label)
         axes.axhline(1.0, color=palette.INK, lw=0.8, ls=":")
-        axes.set(xscale="log", yscale="log")
         axes.set(xlabel="duration of the contact ($t_0$)", ylabel="clock $C$ at its end")
         axes.legend(loc="lower right")
         return axes

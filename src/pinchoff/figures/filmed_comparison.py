@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pinchoff.video.comparison import Comparison
 
 _PANELS = 6
-_REACH = 5.0  # obstacle radii shown on either side of its centre
+_DIAMETERS = 1.5  # of the droplet, shown on either side of the obstacle
 
 
 def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> None:
@@ -42,8 +42,8 @@ def compared(comparison: Comparison) -> list[Axes]:
         droplet is ahead of the filmed one at equal times.
     """
     with style.journal_style():
-        figure = style.new_figure(style.TWO_COLUMNS, 6.6)
-        grid = figure.add_gridspec(4, _PANELS, height_ratios=(1.15, 1.0, 1.0, 0.7))
+        figure = style.new_figure(style.TWO_COLUMNS, 6.2)
+        grid = figure.add_gridspec(4, _PANELS, height_ratios=(0.8, 1.0, 1.0, 0.7))
         shown = _shown(comparison)
         chosen = shown[np.unique(np.linspace(0, len(shown) - 1, _PANELS).round().astype(int))]
         images = _images(comparison, {int(comparison.frames[k]) for k in chosen})
@@ -60,9 +60,14 @@ def compared(comparison: Comparison) -> list[Axes]:
 
 def _shown(comparison: Comparison) -> NDArray[np.intp]:
     """Return which of the frames have the droplet's centre well within the pictures."""
-    reach = 0.75 * _REACH * comparison.row["obstacle_radius_um"]
-    inside = np.flatnonzero(np.abs(comparison.filmed).max(axis=1) < reach)
+    inside = np.flatnonzero(np.abs(comparison.filmed).max(axis=1) < 0.75 * _reach_um(comparison))
     return inside if len(inside) else np.arange(len(comparison.frames))
+
+
+def _reach_um(comparison: Comparison) -> float:
+    """Return how far a picture reaches from the obstacle's centre: small droplets are enlarged."""
+    row = comparison.row
+    return float(row["obstacle_radius_um"] * (1.0 + _DIAMETERS * row["size_ratio"]))
 
 
 def _images(comparison: Comparison, wanted: set[int]) -> dict[int, tuple[float, NDArray[np.uint8]]]:
@@ -87,7 +92,7 @@ def _draw_frame(
         closed = np.vstack([outline, outline[:1]])
         axes.plot(*closed.T, color=palette.SIMULATED, lw=0.8)
     x, y, radius = comparison.passage.obstacles[0]
-    reach = _REACH * radius
+    reach = _reach_um(comparison) / comparison.row["obstacle_radius_um"] * radius
     axes.set(xlim=(x - reach, x + reach), ylim=(y + reach, y - reach), xticks=[], yticks=[])
     since = (time - comparison.row["contact_time_s"]) * 1e3
     axes.set_title(f"{numeral(since, '.0f')} ms")
@@ -97,8 +102,8 @@ def _draw_path(axes: Axes, comparison: Comparison) -> None:
     axes.plot(*comparison.simulated.T, color=palette.SIMULATED, label="simulation")
     axes.plot(*comparison.filmed.T, "o", ms=2.5, color=palette.INK, label="film")
     axes.set(ylabel=r"$y_\mathrm{CM}$ (µm)")
-    said = f"root mean square distance at equal times {comparison.position_rms_um:.1f} µm"
-    axes.set_title(said, loc="right")
+    title = f"root mean square distance at equal times {comparison.position_rms_um:.1f} µm"
+    axes.set_title(title, loc="right")
     axes.legend()
 
 

@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from pinchoff.figures.mathml import formula
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     Picture = Axes | bytes | str | os.PathLike[str]
 
 _NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
+_SUBSCRIPT = re.compile(r"(?<!\w)(S|Ca|A|d|ε|k̃|N)_(c|sim|eff|small|large|min-neck|μ|l|v)(?!\w)")
 _POWER = re.compile(r"(?<=[\w)])\^(?:\(([^()]*)\)|([-−]?[\w.]+))")
 _SIGNS = {"good": "✓", "bad": "✗", "odd": "!"}
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
@@ -46,6 +47,21 @@ class Mark(NamedTuple):
 
     def __str__(self) -> str:
         return f"{_SIGNS[self.tone]} {self.text}"
+
+
+class Detailed(NamedTuple):
+    """A cell of a table with a second line in small print, such as an interval.
+
+    Attributes
+    ----------
+    text, detail : str
+    """
+
+    text: str
+    detail: str
+
+    def __str__(self) -> str:
+        return self.text
 
 
 class Page:
@@ -101,13 +117,14 @@ class Page:
         columns : sequence of n str
             Headings, with units.
         rows : iterable of sequence of n
-            Cells, as they are to be read. A `Mark` is coloured and has a sign.
+            Cells, as they are to be read. A `Mark` is coloured and has a sign; a `Detailed` has
+            a second line.
         caption : str, optional
         """
         rows = [list(row) for row in rows]
-        cells = [[str(cell) for cell in row] for row in rows]
+        cells = [[_longest(cell) for cell in row] for row in rows]
         kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
-        said = f"<caption>{escape(caption)}</caption>" if caption else ""
+        heading = f"<caption>{escape(caption)}</caption>" if caption else ""
         head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
         body = "".join(
             "<tr>"
@@ -116,7 +133,7 @@ class Page:
             for row in rows
         )
         self._body.append(
-            f'<div class="table"><table>{said}<thead><tr>{head}</tr></thead>\n'
+            f'<div class="table"><table>{heading}<thead><tr>{head}</tr></thead>\n'
             f"<tbody>{body}</tbody></table></div>"
         )
 
@@ -146,13 +163,12 @@ class Page:
 
         Where a third value is given and not empty, it is the address of what the picture opens.
         """
-        figures = "\n".join(_figure(*each) for each in pictures)
+        figures = "\n".join(_figure(*picture) for picture in pictures)
         self._body.append(f'<div class="gallery">\n{figures}\n</div>')
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the page, complete or not at all."""
-        with written_aside(Path(path)) as unfinished:
-            unfinished.write_text(self.html(), encoding="utf-8")
+        write_text(Path(path), self.html())
 
     def html(self) -> str:
         """Return the page."""
@@ -196,10 +212,22 @@ def _typeset(text: str) -> str:
 
 
 def _cell(value: object) -> str:
-    """Return a cell for a page: a mark in its colour, powers raised."""
+    """Return a cell for a page: a mark in its colour, a detail in small print."""
     if isinstance(value, Mark):
         return f'<span class="{value.tone}">{escape(str(value))}</span>'
-    return _POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", escape(str(value)))
+    if isinstance(value, Detailed) and value.detail:
+        return f"{_raised(value.text)}<br><small>{_raised(value.detail)}</small>"
+    return _raised(str(value))
+
+
+def _raised(text: str) -> str:
+    """Return a text for a page with its powers raised and the indices of symbols lowered."""
+    lowered = _SUBSCRIPT.sub(r"\1<sub>\2</sub>", escape(text))
+    return _POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", lowered)
+
+
+def _longest(cell: object) -> str:
+    return max(cell, key=len) if isinstance(cell, Detailed) else str(cell)
 
 
 def _kind(cells: Sequence[str]) -> str:
@@ -224,7 +252,7 @@ def _figure(picture: Picture, caption: str, opens: str = "") -> str:
     kind = f'class="film" href="{escape(opens)}" target="_blank"' if opens else _ENLARGED
     return (
         f'<figure><a {kind}><img src="{source}" alt="{escape(caption)}"'
-        f"{_size_on_screen(data)}></a><figcaption>{escape(caption)}</figcaption></figure>"
+        f"{_size_on_screen(data)}></a><figcaption>{_raised(caption)}</figcaption></figure>"
     )
 
 

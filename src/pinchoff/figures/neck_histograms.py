@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
-from pinchoff.figures.phase_diagram import OUTCOMES
+from pinchoff.figures.plane import OUTCOMES
 from pinchoff.studies.necks import ThinningHistory, last_frame_necks
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.errors import InputError

@@ -82,7 +82,7 @@ def _window(collisions: Sequence[Collision], shown: Sequence[tuple[int, int]]) -
     corners = []
     for collision, frames in zip(collisions, shown, strict=True):
         outlines, scale = _filmed(collision)
-        vertices = [each.vertices for frame in frames for each in outlines[frame]]
+        vertices = [outline.vertices for frame in frames for outline in outlines[frame]]
         corners.append(np.concatenate(vertices) * scale.diameter_um)
         corners.append(np.outer([-1, 1], [1, 1]) * scale.obstacle_radius_um)
     points = np.concatenate(corners)

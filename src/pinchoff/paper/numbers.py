@@ -33,6 +33,7 @@ from pinchoff.paper.verdicts import (
 from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.support import paper_constants as the_paper
 from pinchoff.support.interval import Estimate
+from pinchoff.support.numerals import numeral
 from pinchoff.support.quantities import capillary_number, reynolds_number
 
 ENGINE = "engine"
@@ -142,7 +143,7 @@ def _line(study: Study) -> Iterator[Number]:
         yield estimated(
             "Ca per Ca_sim",
             "eq. (conv)",
-            "9.8e-5",
+            "9.8×10⁻⁵",
             (the_paper.CA_PER_CA_SIM, 0.0),
             estimate,
             f"{ENGINE}, onset of break-up at D0/R = 5.66; range over N_v",
@@ -208,7 +209,7 @@ def _breakup_number(study: Study) -> Iterator[Number]:
         "exponent of S in Bk",
         "eq. (Bkequation)",
         "−4/3",
-        f"+{-1 / beta:.3f}",
+        f"{-1 / beta:.3f}",
         "",
         "−1/β",
         ARITHMETIC,
@@ -323,7 +324,7 @@ def _scales(_: Study) -> Iterator[Number]:
     )
     tension = the_paper.SURFACE_TENSION_MN_M
     ca = capillary_number(viscosity, the_paper.SPEEDS_MM_S, tension)
-    yield ordered("Ca", "sec. 3.4", "O(1e-3)", 1e-3, ca, factor=10)
+    yield ordered("Ca", "sec. 3.4", "O(10⁻³)", 1e-3, ca, factor=10)
     reynolds = reynolds_number(
         the_paper.OIL_DENSITY_KG_M3,
         max(the_paper.SPEEDS_MM_S),
@@ -333,8 +334,8 @@ def _scales(_: Study) -> Iterator[Number]:
     yield Number(
         "Re",
         "sec. 2",
-        "≤ O(1e-2)",
-        f"≤ {reynolds:.1e}",
+        "≤ O(10⁻²)",
+        f"≤ {numeral(reynolds, '.1e')}",
         "",
         "ρ v R/μ",
         ARITHMETIC,
@@ -342,20 +343,20 @@ def _scales(_: Study) -> Iterator[Number]:
         reynolds,
     )
     film = ca ** (2 / 3)
-    yield ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(1e-2)", 1e-2, film, factor=5)
+    yield ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(10⁻²)", 1e-2, film, factor=5)
     typical = float(capillary_number(the_paper.VISCOSITY_MPA_S, 1.0, tension)) ** (2 / 3)
     wide = (typical * the_paper.OBSTACLE_RADIUS_UM / the_paper.MEDIAN_DIAMETER_UM) ** 2
     yield Number(
         "Ca/Ca_eff = (δ/D0)²",
         "sec. 3.4",
-        "O(1e-4)",
-        f"{typical**2:.1e}",
+        "O(10⁻⁴)",
+        numeral(typical**2, ".1e"),
         "",
         "1 mm/s, D0 = z",
         ARITHMETIC,
         verdict_of(ARITHMETIC, 1e-5 < typical**2 < 1e-3),
         typical**2,
-        note=f"{wide:.1e} with D0 = 481 µm; the paper takes D0 and z to be of one order",
+        note=f"{numeral(wide, '.1e')} with D0 = 481 µm; the paper takes both to be of one order",
     )
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from pinchoff.figures.html_page import Mark, Page
-from pinchoff.paper.verdicts import KINDS, TONES
+from pinchoff.figures.html_page import Detailed, Mark, Page
+from pinchoff.paper.verdicts import KINDS, TONES, how_many
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from pinchoff.paper.make import Reproduction
     from pinchoff.paper.verdicts import Number, Verdict
 
-COLUMNS = ("", "paper", "ours", "95 % interval or range", "verdict", "where and how")
-FRONT_COLUMNS = ("front tracking", "95 % interval or range", "verdict")
+COLUMNS = ("", "paper", "ours, with 95 % interval or range", "verdict", "where and how")
+FRONT_COLUMNS = ("front tracking", "verdict")
 """Columns between verdict and source where front tracking stands beside."""
 
 
@@ -29,13 +29,13 @@ def verdicts(made: Reproduction) -> list[str]:
             fronts = _counted(number.front_verdict for number in of_kind)
             if fronts:
                 parts.append(f"with front tracking {fronts}")
-            lines.append(": ".join(filter(None, (f"{len(of_kind)} {kind}", "; ".join(parts)))))
+            lines.append(": ".join(filter(None, (how_many(len(of_kind), kind), "; ".join(parts)))))
     return lines
 
 
 def _counted(said: Iterable[Verdict]) -> str:
     counts = Counter(verdict for verdict in said if verdict)
-    return ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    return ", ".join(how_many(count, verdict) for verdict, count in counts.items())
 
 
 def _mark(verdict: Verdict) -> Mark | str:
@@ -43,10 +43,10 @@ def _mark(verdict: Verdict) -> Mark | str:
     return Mark(verdict, tone) if tone else verdict
 
 
-def _row(number: Number, beside: bool) -> tuple[Mark | str, ...]:
-    ours = (number.name, number.paper, number.ours, number.interval, _mark(number.verdict))
-    front = (number.front, number.front_interval, _mark(number.front_verdict)) if beside else ()
-    return (*ours, *front, _sources(number))
+def _row(number: Number, beside: bool) -> tuple[Mark | Detailed | str, ...]:
+    ours = (Detailed(number.ours, number.interval), _mark(number.verdict))
+    front = (Detailed(number.front, number.front_interval), _mark(number.front_verdict))
+    return (number.name, number.paper, *ours, *(front if beside else ()), _sources(number))
 
 
 def _sources(number: Number) -> str:

@@ -51,6 +51,27 @@ _VERDICTS: dict[Kind, tuple[Verdict, Verdict]] = {
 }
 
 
+_PLURALS: dict[str, str] = {
+    "agrees": "agree",
+    "differs": "differ",
+    "follows": "follow",
+    "does not follow": "do not follow",
+    "misprint": "misprints",
+    NEEDS_DATA: "need the authors' data",
+}
+
+
+def how_many(count: int, what: Verdict | Kind) -> str:
+    """Return how many numbers have a verdict or are of a kind.
+
+    Examples
+    --------
+    >>> how_many(1, "agrees"), how_many(5, "agrees")
+    ('1 agrees', '5 agree')
+    """
+    return f"{count} {what if count == 1 else _PLURALS.get(what, what)}"
+
+
 TONES: dict[Verdict, Literal["good", "bad", "odd"]] = {
     "agrees": "good",
     "recovered": "good",
@@ -126,9 +147,10 @@ def beside(number: Number, front: Number | None) -> Number:
     """Put what front tracking gives beside a number, where it gives one."""
     if front is None:
         return number
+    same = front.how == number.how
     return replace(
         number,
-        how=f"{number.how}; front tracking: {front.how}",
+        how=f"both models: {number.how}" if same else f"{number.how}; front tracking: {front.how}",
         front=front.ours,
         front_interval=front.interval,
         front_verdict=front.verdict,
@@ -188,7 +210,7 @@ def ordered(
     values = np.asarray(ours, dtype=np.float64)
     low, high = float(values.min()), float(values.max())
     same = known / factor <= low and high <= known * factor
-    shown = f"{low:.1e} to {high:.1e}"
+    shown = f"{numeral(low, '.1e')} to {numeral(high, '.1e')}"
     middle = math.sqrt(low * high)
     verdict = verdict_of(ARITHMETIC, same)
     how = str(ARITHMETIC)
@@ -197,4 +219,4 @@ def ordered(
 
 def four_digits(value: float) -> str:
     """Return a number as a reader sees it."""
-    return numeral(value, ".4g")
+    return numeral(value, ".3e" if 0 < abs(value) < 1e-3 else ".4g")

@@ -8,7 +8,7 @@ short for that many blocks the error is not a number, and `SizeStudy.remarks` sa
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -16,6 +16,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff.studies.block_errors import (
+    BLOCK,
+    FEWEST_BLOCKS,
+    MOST_BLOCKS,
+    Measured,
+    correlation_time,
+    jackknife,
+)
 from pinchoff.support.arguments import checked_number
 from pinchoff.support.errors import InputError
 
@@ -24,35 +32,10 @@ if TYPE_CHECKING:
 
 Floats: TypeAlias = NDArray[np.float64]
 
-FEWEST_BLOCKS = 5
-"""Fewer give no error that could be believed."""
-
-MOST_BLOCKS = 40
-BLOCK = 4.0
-"""Length of a block, in correlation times."""
-
 STEADY_TIMES = 5.0
 """Residence times without a trend, for sizes to be called steady."""
 
 _CREATES, _REMOVES = ("entered", "breakup"), ("left", "merge", "retired")
-
-
-class Measured(NamedTuple):
-    """A mean and its standard error.
-
-    Attributes
-    ----------
-    value, error : float
-        The error is NaN where the record is too short for one.
-    """
-
-    value: float
-    error: float
-
-    def __str__(self) -> str:
-        if math.isnan(self.error):
-            return f"{self.value:.4g}, error not known"
-        return f"{self.value:.4g} ± {self.error:.2g}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,47 +199,6 @@ def study_sizes(
     )
 
 
-def correlation_time(times: Floats, values: Floats) -> float:
-    """Return the integrated correlation time of evenly sampled values.
-
-    It is dt (1/2 + sum of the autocorrelation), summed over a window of five times itself (Sokal).
-
-    Examples
-    --------
-    >>> noise = np.random.default_rng(0).normal(size=20_000)
-    >>> round(correlation_time(np.arange(20_000.0), noise), 1)
-    0.5
-    """
-    step = float(np.median(np.diff(times)))
-    away = values - values.mean()
-    variance = float(away @ away)
-    if variance <= 1e-24 * float(values @ values):
-        return 0.5 * step
-    size = 1 << (2 * len(away) - 1).bit_length()
-    power = np.abs(np.fft.rfft(away, size)) ** 2
-    shared = np.fft.irfft(power, size)[: len(away)] / variance
-    sums = 0.5 + np.concatenate([[0.0], np.cumsum(shared[1:])])
-    window = np.flatnonzero(np.arange(len(sums)) >= 5.0 * sums)
-    last = int(window[0]) if len(window) else len(sums) - 1
-    return step * max(0.5, float(sums[last]))
-
-
-def jackknife(blocks: Floats, of: Callable[[Floats], float]) -> Measured:
-    """Return a function of sums over blocks, shape (b, m), with its error.
-
-    Examples
-    --------
-    >>> jackknife(np.array([[1.0, 2.0], [1.0, 4.0]]), lambda sums: sums[1] / sums[0]).value
-    3.0
-    """
-    whole = blocks.sum(axis=0)
-    count = len(blocks)
-    if count < FEWEST_BLOCKS:
-        return Measured(float(of(whole)), math.nan)
-    without = np.array([of(whole - block) for block in blocks])
-    return Measured(float(of(whole)), float(math.sqrt((count - 1) * without.var())))
-
-
 class _Sums(NamedTuple):
     moments: Floats  # (blocks, 5): sum of d^0, d, d^2, d^3, d^4
     numbers: Floats  # (blocks, bins)
@@ -349,118 +291,3 @@ def _steady(growth: Measured, trend: Measured) -> bool | None:
     if any(abs(found.value) > 2.0 * found.error for found in (growth, trend)):
         return False
     return None if math.isnan(trend.value) or math.isnan(growth.error) else True
-
-
-# ---------------------------------------------------------------- where droplets come from
-
-
-def lineage(events: pd.DataFrame) -> pd.DataFrame:
-    """Return where every droplet comes from, and what became of it.
-
-    Returns
-    -------
-    DataFrame
-        Indexed by droplet_id: parent (-1: none; of a merged droplet the larger of the two),
-        other_parent (-1: none; the smaller of two that merged) and share, the part of the area
-        that came from the parent; born and ended, t0 (NaN: at the start, or never), fate
-        ("breakup", "merge", "left", "retired" or ""), and area at birth, D0² (NaN if it was there
-        at the start).
-
-    Examples
-    --------
-    >>> import pandas as pd
-    >>> events = pd.DataFrame({"kind": ["breakup"], "time": [2.0], "droplet_id": [0],
-    ...     "daughter_1": [1], "daughter_2": [2], "area_1": [0.3], "area_2": [0.4], "area": [0.7]})
-    >>> lineage(events)["parent"].to_dict()
-    {0: -1, 1: 0, 2: 0}
-    """
-    import pandas as pd
-
-    rows: dict[int, dict[str, float | int | str]] = {}
-
-    def droplet(number: int) -> dict[str, float | int | str]:
-        new: dict[str, float | int | str]
-        new = {"parent": -1, "other_parent": -1, "share": 1.0}
-        new |= {"born": math.nan, "ended": math.nan, "fate": "", "area": math.nan}
-        return rows.setdefault(number, new)
-
-    for event in events.to_dict("records"):
-        kind, number = str(event["kind"]), int(event["droplet_id"])
-        if kind == "entered":
-            droplet(number).update(born=event["time"], area=event["area"])
-        elif kind in ("left", "retired", "breakup"):
-            droplet(number).update(ended=event["time"], fate=kind)
-        if kind == "breakup":
-            for k in (1, 2):
-                daughter = droplet(int(event[f"daughter_{k}"]))
-                daughter.update(parent=number, born=event["time"], area=event[f"area_{k}"])
-        if kind == "merge":
-            parts = [(event["area_1"], number), (event["area_2"], int(event["partner"]))]
-            for _, part in parts:
-                droplet(part).update(ended=event["time"], fate=kind)
-            (larger, parent), (smaller, other) = sorted(parts, key=lambda one: -one[0])
-            droplet(int(event["into"])).update(
-                parent=parent,
-                other_parent=other,
-                share=larger / (larger + smaller),
-                born=event["time"],
-                area=larger + smaller,
-            )
-    table = pd.DataFrame.from_dict(rows, orient="index").sort_index()
-    table.index.name = "droplet_id"
-    return table
-
-
-def ancestors(family: pd.DataFrame, droplet_id: int) -> Iterator[int]:
-    """Yield a droplet's mother, her mother, and so on; `family` is that of `lineage`.
-
-    Of two that merged the larger one is the mother.
-    """
-    parent = int(family["parent"].get(droplet_id, -1))
-    while parent >= 0:
-        yield parent
-        parent = int(family["parent"].get(parent, -1))
-
-
-def origins(family: pd.DataFrame, droplet_id: int) -> dict[int, float]:
-    """Return where a droplet comes from: of the first droplets, the shares in its area.
-
-    A break-up gives both daughters the mother's mixture; a merge mixes by areas.
-
-    Parameters
-    ----------
-    family : DataFrame
-        Of `lineage`.
-    droplet_id : int
-
-    Returns
-    -------
-    dict of int to float
-        Shares that add up to 1, by the numbers of droplets that have no parent.
-
-    Examples
-    --------
-    >>> import pandas as pd
-    >>> events = pd.DataFrame({"kind": ["merge"], "time": [2.0], "droplet_id": [0], "partner": [1],
-    ...     "into": [2], "area_1": [0.25], "area_2": [0.75], "area": [1.0]})
-    >>> origins(lineage(events), 2)
-    {0: 0.25, 1: 0.75}
-    """
-    found: dict[int, float] = {}
-    parents = family["parent"].to_dict()
-    others = family["other_parent"].to_dict()
-    shares = family["share"].to_dict()
-    # Droplets get their numbers in the order of their births: the youngest first.
-    waiting = {droplet_id: 1.0}
-    while waiting:
-        youngest = max(waiting)
-        part = waiting.pop(youngest)
-        parent, other = int(parents.get(youngest, -1)), int(others.get(youngest, -1))
-        if parent < 0:
-            found[youngest] = found.get(youngest, 0.0) + part
-            continue
-        share = float(shares[youngest])
-        waiting[parent] = waiting.get(parent, 0.0) + part * share
-        if other >= 0:
-            waiting[other] = waiting.get(other, 0.0) + part * (1.0 - share)
-    return dict(sorted(found.items()))

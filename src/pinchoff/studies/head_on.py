@@ -14,7 +14,9 @@ from typing import Any
 import numpy as np
 
 from pinchoff.model import flow as flows
-from pinchoff.model.emulsion import Coalescence, Emulsion, emulsion_parameters, simulate_emulsion
+from pinchoff.model.emulsion import emulsion_parameters, simulate_emulsion
+from pinchoff.model.emulsion_result import Emulsion
+from pinchoff.model.emulsion_scene import Coalescence
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.errors import InputError

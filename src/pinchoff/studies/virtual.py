@@ -49,6 +49,8 @@ class Condition(NamedTuple):
     share: float
 
 
+_MOST_TRIES = 50  # droplets for each that touches its obstacle
+
 _STANDARD = Condition(
     paper.OBSTACLE_RADIUS_UM, paper.THICKNESS_UM, paper.VISCOSITY_MPA_S, share=1 / 3
 )
@@ -190,9 +192,14 @@ def _simulated(
 ) -> dict[str, NDArray[Any]]:
     """Simulate until n droplets have touched their obstacle."""
     parts: list[dict[str, NDArray[Any]]] = []
-    count = 0
+    count = tried = 0
     while count < n:
+        if tried >= _MOST_TRIES * n:
+            rule, got = "a model whose droplets touch the obstacle", f"{count} of {tried} that did"
+            advice = "raise time_limit, or lower start_distance"
+            raise InputError.of("base", rule, got, advice)
         tries = 2 * (n - count)  # about half of them touch
+        tried += tries
         drawn = _drawn(generator, tries)
         offsets = generator.uniform(0.0, 0.5, tries)
         columns = {**drawn, **_runs(drawn, offsets, base, threads, progress)}

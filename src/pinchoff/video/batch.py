@@ -14,11 +14,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import pyarrow.parquet as pq
 
-from pinchoff.collisions.parquet import read_collisions
+from pinchoff.collisions.parquet import TableWriter, read_collisions
 from pinchoff.model.simulation import thread_count
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
-from pinchoff.support.files import written_aside
 from pinchoff.support.locks import held_folder, made_folder
 from pinchoff.support.numerals import counted
 from pinchoff.support.progress import progress_bar
@@ -140,9 +139,9 @@ def measure_videos(
     sources = clip_sources(clips)
     folder = Path(out)
     processes = thread_count(processes)
-    each = max(1, processes // len(sources))
+    for_each = max(1, processes // len(sources))
     jobs = [
-        Job(source, folder / CLIPS / name, name, settings, overlay, each, segment)
+        Job(source, folder / CLIPS / name, name, settings, overlay, for_each, segment)
         for name, source in sources.items()
     ]
     total = _frame_count(jobs) if progress else None
@@ -154,7 +153,7 @@ def measure_videos(
                 for outcome in done:
                     outcomes[outcome.name] = outcome
         ordered = [outcomes[name] for name in sources]
-        table = _joined([each for each in ordered if not each.error], folder)
+        table = _joined([clip for clip in ordered if not clip.error], folder)
     return VideoResult(folder, ordered, table)
 
 
@@ -378,20 +377,19 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
 
     if not clips:
         return encounter_table([], Laboratory(), "video", "")
-    tables = [read_collisions(each.folder / clip_folder.COLLISIONS) for each in clips]
+    tables = [read_collisions(clip.folder / clip_folder.COLLISIONS) for clip in clips]
     table = pd.concat(tables, ignore_index=True)
     table["collision_id"] = range(len(table))
     table.attrs["units"] = tables[0].attrs["units"]
     write_encounters(table, out / clip_folder.COLLISIONS)
-    for name, fields in (
-        (clip_folder.TRACKS, clip_folder.TRACK_FIELDS),
-        (clip_folder.EVENTS, clip_folder.EVENT_FIELDS),
-        (clip_folder.PLUGS, clip_folder.PLUG_FIELDS),
+    for name, columns in (
+        (clip_folder.TRACKS, clip_folder.TRACK_COLUMNS),
+        (clip_folder.EVENTS, clip_folder.EVENT_COLUMNS),
+        (clip_folder.PLUGS, clip_folder.PLUG_COLUMNS),
     ):
-        schema = clip_folder.schema_of(fields)
-        with written_aside(out / name) as unfinished, pq.ParquetWriter(unfinished, schema) as all_:
-            for each in clips:
-                with pq.ParquetFile(each.folder / name) as one:
+        with TableWriter(out / name, columns) as together:
+            for clip in clips:
+                with pq.ParquetFile(clip.folder / name) as one:
                     for batch in one.iter_batches():
-                        all_.write_batch(batch.cast(schema))
+                        together.append_batch(batch)
     return table

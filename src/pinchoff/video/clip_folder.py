@@ -5,23 +5,22 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import cv2
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 from numpy.typing import NDArray
-from pydantic import NonNegativeInt, PositiveFloat
+from pydantic import Field, NonNegativeInt, PositiveFloat
 
+from pinchoff.collisions.checksums import checksum_of, is_whole
+from pinchoff.collisions.parquet import TableWriter
+from pinchoff.collisions.schema import Column, count_column, measure_column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import HoldsFiles, read_toml, written_aside
-from pinchoff.support.records import Shape, read_record
+from pinchoff.support.files import HoldsFiles, read_toml, write_text, written_aside
+from pinchoff.support.records import Shape, read_record, write_json
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
@@ -34,6 +33,7 @@ COLLISIONS = "collisions.parquet"
 TRACKS = "tracks.parquet"
 EVENTS = "events.parquet"
 PLUGS = "plugs.parquet"
+TABLES = (COLLISIONS, TRACKS, EVENTS, PLUGS)
 OUTLINES = "outlines.gsd"
 OVERLAY = "overlay.mp4"
 OBSTACLES = "obstacles.toml"
@@ -43,95 +43,37 @@ THUMBNAILS = "collisions"
 MOST_VERTICES = 96
 """Of an outline in `OUTLINES`; everything is measured on all of its points."""
 
-_ROWS_HELD = 20_000
-
-TRACK_FIELDS = (
-    ("clip", pa.string(), "", "name of the clip"),
-    ("frame", pa.int64(), "1", "number of the frame, from 0"),
-    ("time_s", pa.float64(), "s", "when it is shown"),
-    ("track_id", pa.int64(), "1", "the droplet"),
-    ("x_um", pa.float64(), "µm", "centre of mass; origin top left, x right"),
-    ("y_um", pa.float64(), "µm", "centre of mass; origin top left, y down"),
-    ("area_um2", pa.float64(), "µm²", "area"),
-    ("cut", pa.bool_(), "", "whether the frame's edge cuts the droplet"),
-    ("touching", pa.bool_(), "", "whether it touches another droplet"),
+TRACK_COLUMNS = (
+    Column("clip", "", "str", "name of the clip"),
+    count_column("frame", "number of the frame, from 0"),
+    measure_column("time_s", "s", "when it is shown"),
+    count_column("track_id", "the droplet"),
+    measure_column("x_um", "µm", "centre of mass; origin top left, x right"),
+    measure_column("y_um", "µm", "centre of mass; origin top left, y down"),
+    measure_column("area_um2", "µm²", "area"),
+    Column("cut", "", "bool", "whether the frame's edge cuts the droplet"),
+    Column("touching", "", "bool", "whether it touches another droplet"),
 )
-EVENT_FIELDS = (
-    ("clip", pa.string(), "", "name of the clip"),
-    ("frame", pa.int64(), "1", "first frame after the event"),
-    ("kind", pa.string(), "", "entry, exit, break-up, coalescence, found or lost"),
-    ("parents", pa.list_(pa.int64()), "1", "tracks that end"),
-    ("children", pa.list_(pa.int64()), "1", "tracks that begin"),
+EVENT_COLUMNS = (
+    Column("clip", "", "str", "name of the clip"),
+    count_column("frame", "first frame after the event"),
+    Column("kind", "", "str", "entry, exit, break-up, coalescence, found or lost"),
+    Column("parents", "1", "int64s", "tracks that end"),
+    Column("children", "1", "int64s", "tracks that begin"),
 )
-PLUG_FIELDS = (
-    ("clip", pa.string(), "", "name of the clip"),
-    ("track_id", pa.int64(), "1", "the droplet"),
-    ("born", pa.string(), "", "pinch-off in view, entry over the edge, or first frame"),
-    ("frame", pa.int64(), "1", "first frame in which it is seen"),
-    ("time_s", pa.float64(), "s", "when that is"),
-    ("period_s", pa.float64(), "s", "since the one before that was born in the same way"),
-    ("frames", pa.int64(), "1", "in which it is whole"),
-    ("length_um", pa.float64(), "µm", "longer side of the smallest rectangle about it"),
-    ("width_um", pa.float64(), "µm", "its shorter side"),
-    ("area_um2", pa.float64(), "µm²", "area"),
-    ("speed_mm_s", pa.float64(), "mm/s", "of its centre, over the frames in which it is whole"),
+PLUG_COLUMNS = (
+    Column("clip", "", "str", "name of the clip"),
+    count_column("track_id", "the droplet"),
+    Column("born", "", "str", "pinch-off in view, entry over the edge, or first frame"),
+    count_column("frame", "first frame in which it is seen"),
+    measure_column("time_s", "s", "when that is"),
+    measure_column("period_s", "s", "since the one before that was born in the same way"),
+    count_column("frames", "in which it is whole"),
+    measure_column("length_um", "µm", "longer side of the smallest rectangle about it"),
+    measure_column("width_um", "µm", "its shorter side"),
+    measure_column("area_um2", "µm²", "area"),
+    measure_column("speed_mm_s", "mm/s", "of its centre, over the frames in which it is whole"),
 )
-
-
-def schema_of(fields: Sequence[tuple[str, Any, str, str]]) -> pa.Schema:
-    """Return a schema whose fields carry their unit and meaning."""
-    return pa.schema(
-        [
-            pa.field(name, kind, metadata={"unit": unit, "meaning": meaning})
-            for name, kind, unit, meaning in fields
-        ]
-    )
-
-
-class RowWriter:
-    """Write rows to a Parquet file as they come; few are held at a time.
-
-    Parameters
-    ----------
-    path : Path
-    schema : Schema
-    """
-
-    def __init__(self, path: Path, schema: pa.Schema) -> None:
-        self._files = ExitStack()
-        unfinished = self._files.enter_context(written_aside(path))
-        self._writer = self._files.enter_context(pq.ParquetWriter(unfinished, schema))
-        self._schema = schema
-        self._rows: list[tuple[Any, ...]] = []
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the file, or remove it where it is not whole."""
-        if kind is not None:
-            self._files.__exit__(kind, error, trace)
-            return
-        with self._files:
-            self._flush()
-
-    def append(self, row: tuple[Any, ...]) -> None:
-        """Add one row, a value for every field."""
-        self._rows.append(row)
-        if len(self._rows) >= _ROWS_HELD:
-            self._flush()
-
-    def _flush(self) -> None:
-        columns: list[Sequence[Any]] = list(zip(*self._rows, strict=True))
-        columns = columns or [[] for _ in self._schema]
-        arrays = [pa.array(c, f.type) for c, f in zip(columns, self._schema, strict=True)]
-        self._writer.write_table(pa.table(arrays, schema=self._schema))
-        self._rows.clear()
 
 
 class ClipRecorder(HoldsFiles):
@@ -159,8 +101,8 @@ class ClipRecorder(HoldsFiles):
     ) -> None:
         self._folder, self._clip, self._px = folder, clip, settings.pixel_um
         with ExitStack() as files:
-            self._tracks = files.enter_context(RowWriter(folder / TRACKS, schema_of(TRACK_FIELDS)))
-            self._events = files.enter_context(RowWriter(folder / EVENTS, schema_of(EVENT_FIELDS)))
+            self._tracks = files.enter_context(TableWriter(folder / TRACKS, TRACK_COLUMNS))
+            self._events = files.enter_context(TableWriter(folder / EVENTS, EVENT_COLUMNS))
             self._outlines = files.enter_context(
                 _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
             )
@@ -178,7 +120,7 @@ class ClipRecorder(HoldsFiles):
     def write_plugs(self) -> float | None:
         """Write the table of plugs; return how many are formed a second, if that is known."""
         px, plugs = self._px, self._plugs.plugs()
-        with RowWriter(self._folder / PLUGS, schema_of(PLUG_FIELDS)) as table:
+        with TableWriter(self._folder / PLUGS, PLUG_COLUMNS) as table:
             for plug in plugs:
                 sizes = (plug.length * px, plug.width * px, plug.area * px**2)
                 birth = (plug.born, plug.frame, plug.time_s, plug.period_s, plug.frames)
@@ -189,8 +131,14 @@ class ClipRecorder(HoldsFiles):
     def append(self, seen: Measured) -> None:
         """Write one frame."""
         px, frame = self._px, seen.frame
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            place = (each.x * px, each.y * px, each.area * px**2, each.cut, each.group >= 0)
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            place = (
+                droplet.x * px,
+                droplet.y * px,
+                droplet.area * px**2,
+                droplet.cut,
+                droplet.group >= 0,
+            )
             self._tracks.append((self._clip, frame.number, frame.time_s, track, *place))
         for event in seen.events:
             ends = (list(event.parents), list(event.children))
@@ -231,8 +179,8 @@ class _OutlineFile(HoldsFiles):
             return
         self._empty = False
         outlines = []
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            vertices = _thinned(each.outline) * px
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            vertices = _thinned(droplet.outline) * px
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._writer.append(seen.frame.time_s, outlines)
 
@@ -254,8 +202,7 @@ def write_obstacles(folder: Path, obstacles: Floats) -> None:
         "",
     ]
     for name in (OBSTACLES_AS_FOUND, OBSTACLES):
-        with written_aside(folder / name) as unfinished:
-            unfinished.write_text("\n".join(lines), encoding="utf-8")
+        write_text(folder / name, "\n".join(lines))
 
 
 def read_obstacles(path: Path) -> tuple[tuple[float, float, float], ...]:
@@ -283,8 +230,8 @@ def fingerprint(source: Path, settings: VideoSettings) -> str:
     from pinchoff import __version__
 
     stamps = file_stamps(source)
-    said = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
-    return hashlib.sha256(said.encode("utf-8", "backslashreplace")).hexdigest()
+    text = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
+    return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
 
 
 def file_stamps(source: Path) -> list[tuple[str, int, int]]:
@@ -308,6 +255,7 @@ class _Result(Shape):
     thresholds: dict[str, Any]
     settings: dict[str, Any]
     warning: str
+    checksums: dict[str, str] = Field(default_factory=dict)  # earlier releases wrote none
 
 
 def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
@@ -318,12 +266,9 @@ def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
         return None
     if result["fingerprint"] != mark:
         return None
-    try:
-        for name in (COLLISIONS, TRACKS, EVENTS, PLUGS):
-            pq.ParquetFile(folder / name).close()
-    except (OSError, pa.ArrowException):
-        return None  # it is damaged, and measured again
-    return result
+    checksums = result.get("checksums", {})
+    whole = all(is_whole(folder / name, checksums) for name in TABLES)
+    return result if whole else None  # else it is damaged, and measured again
 
 
 def read_result(folder: Path) -> dict[str, Any]:
@@ -348,6 +293,5 @@ def read_result(folder: Path) -> dict[str, Any]:
 
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `RESULT`, the last of a clip's files: it says that the others are whole."""
-    with written_aside(folder / RESULT) as unfinished:
-        text = json.dumps(result, indent=2, ensure_ascii=False, allow_nan=False)
-        unfinished.write_text(text + "\n", encoding="utf-8")
+    checksums = {name: checksum_of(folder / name) for name in TABLES}
+    write_json(folder / RESULT, {**result, "checksums": checksums})

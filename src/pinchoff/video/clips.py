@@ -133,18 +133,20 @@ def measure_clip(
     lengths: Counter[int] = Counter()
     count, with_droplets, duration = 0, 0, 0.0
     for frame, found in segmented(clip.frames(), segmenter, processes):
-        seen = [each for each in found if not is_obstacle(each, obstacles)]
+        seen = [droplet for droplet in found if not is_obstacle(droplet, obstacles)]
         droplets = tracker.resolved(frame.number, seen)
         tracks, events = tracker.step(frame.number, droplets)
         over = finder.step(frame.number, frame.time_s, droplets, tracks, events)
         if on_frame is not None:
             on_frame(Measured(frame, droplets, tracks, events, finder.necks, finder.met, over))
         encounters += over
-        lengths.update(track for each, track in zip(droplets, tracks, strict=True) if not each.cut)
+        lengths.update(
+            track for droplet, track in zip(droplets, tracks, strict=True) if not droplet.cut
+        )
         with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
-    encounters.sort(key=lambda each: (each.contact_frame, each.track_id))
+    encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
     warning = "; ".join(filter(None, [*notes, clip.warning, told or _guessed(choice)]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)

@@ -95,7 +95,8 @@ def calibrate(
         found = [segmenter.droplets(frame) for frame in some]
         if len(some) > 2:
             masks = [
-                _near([each.outline for each in here], background.luma.shape) for here in found
+                _near([droplet.outline for droplet in droplets], background.luma.shape)
+                for droplets in found
             ]
             background = masked_background(some, masks, background)
         levels = _at_ring(levels, some, found, background, settings)
@@ -205,7 +206,7 @@ def _tint(background: Background, plane: int) -> float:
 def _clicked(frames: Sequence[Frame], background: Background, settings: VideoSettings) -> Floats:
     seen = []
     for number, x, y in settings.clicks:
-        frame = min(frames, key=lambda each: abs(each.number - number))
+        frame = min(frames, key=lambda frame: abs(frame.number - number))
         mask = np.zeros(frame.luma.shape, dtype=np.uint8)
         cv2.circle(mask, (round(x), round(y)), 2, 255, cv2.FILLED)
         if not mask.any():
@@ -260,10 +261,15 @@ def _examples(found: Sequence[Sequence[Droplet]], reach: float) -> list[list[Flo
     They are whole, touch no other and, if there are such, are large enough that a profile does not
     reach their other side.
     """
-    whole = [[each for each in here if not each.cut and each.group < 0] for here in found]
+    whole = [
+        [droplet for droplet in droplets if not droplet.cut and droplet.group < 0]
+        for droplets in found
+    ]
     least = np.pi * reach**2
-    large = [[each for each in here if each.area >= least] for here in whole]
-    return [[each.outline for each in here] for here in (large if any(large) else whole)]
+    large = [[droplet for droplet in droplets if droplet.area >= least] for droplets in whole]
+    return [
+        [droplet.outline for droplet in droplets] for droplets in (large if any(large) else whole)
+    ]
 
 
 def _curvature(outlines: Sequence[Floats]) -> float:

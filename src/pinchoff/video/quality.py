@@ -135,8 +135,8 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 continue
             seen = [across(view.image, droplet.outline, view.noise) for view in views]
             sure, closed = max(
-                (_how_sure(each, view.rims, most), each.closed)
-                for each, view, most in zip(seen, views, strongest, strict=True)
+                (_how_sure(rim, view.rims, most), rim.closed)
+                for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
             score += every * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
@@ -280,7 +280,7 @@ def persistence(
         wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
         for droplets, seen, again in ((before, old, rows), (after, new, columns)):
             radii = np.sqrt(seen[:, 2] / np.pi)
-            inside = np.array([not _leaves(each, size) for each in droplets], dtype=bool)
+            inside = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
             total += float(radii[inside].sum())
             inside[again] = False
             wrong += float(radii[inside].sum())

@@ -199,8 +199,8 @@ class Clip:
         """Return what is black and white in this clip; that takes one reading, once."""
         if self._range is None:
             source = opened(self.path, self.channel)
-            images = (each.image for each in source.pictures())
-            self._range = range_of(each for each in images if not isinstance(each, Planes))
+            images = (picture.image for picture in source.pictures())
+            self._range = range_of(image for image in images if not isinstance(image, Planes))
         return self._range
 
 

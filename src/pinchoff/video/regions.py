@@ -106,8 +106,8 @@ def without_bays(walk: Walk) -> Walk:
 
 def without_dents(outline: Floats) -> Floats:
     """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
-    fine = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
-    return outline[_outside_bays(fine, _DENT)]
+    scaled = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
+    return outline[_outside_bays(scaled, _DENT)]
 
 
 def _outside_bays(walk: Walk, widest: float) -> Bools:
@@ -237,7 +237,7 @@ def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) ->
 
 def rows_of(droplets: Sequence[Droplet]) -> Floats:
     """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in droplets]).reshape(-1, 3)
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
 
 
 def without_standing(droplets: Sequence[Droplet], standing: Floats) -> list[Droplet]:
@@ -408,7 +408,7 @@ class Groups:
         """Return the number of each member's group, -1 for those that are alone."""
         roots = [self._root(member) for member in range(len(self._parent))]
         sizes: dict[int, int] = {}
-        for root, there in zip(roots, present, strict=True):
-            sizes[root] = sizes.get(root, 0) + there
+        for root, is_present in zip(roots, present, strict=True):
+            sizes[root] = sizes.get(root, 0) + is_present
         numbers: dict[int, int] = {}
         return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]

@@ -11,7 +11,7 @@ import numpy as np
 
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
-from pinchoff.studies.emulsion_sizes import lineage
+from pinchoff.studies.lineage import lineage
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_trust import Trust
-    from pinchoff.model.emulsion import Coalescence, Emulsion
+    from pinchoff.model.emulsion_result import Emulsion
+    from pinchoff.model.emulsion_scene import Coalescence
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
 _COLORS: dict[Literal["generation", "size"], str] = {
@@ -69,15 +70,15 @@ def emulsion_page(
         f"{counts['present']:.0f} droplets present. "
         f"{_STEADY[study.steady]}",
     )
-    for said, name in links.items():
-        page.link(said, name)
+    for label, name in links.items():
+        page.link(label, name)
     events, array = run.events, design.array
     page.section("The array")
     for last in deque(run.outline_pieces(), maxlen=1):
         droplets, time = last[-1], float(last.times[-1])
-        for color, said in _COLORS.items():
+        for color, label in _COLORS.items():
             axes = figures.droplets_in_array(droplets, array, time, color, design.periodic)
-            page.figure(axes, f"The last frame, coloured by {said}.")
+            page.figure(axes, f"The last frame, coloured by {label}.")
     page.facts(_settings(design, run))
     page.section("Sizes")
     drawn = figures.sizes_over_time(run.sizes, study)

@@ -44,7 +44,7 @@ def write_report(result: VideoResult) -> list[Path]:
     """
     pictures = _moments(result)
     sheet = result.path / SHEET
-    shown = write_contact_sheet(sheet, [each.picture for each in pictures])
+    shown = write_contact_sheet(sheet, [moment.picture for moment in pictures])
     table = result.collisions
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
@@ -75,14 +75,14 @@ def write_report(result: VideoResult) -> list[Path]:
 
 def _notice(clips: Sequence[ClipOutcome]) -> str:
     """Return the notice at the top of the page: errors and warnings of the first clips."""
-    wrong = [(each.name, each.error or each.result.get("warning", "")) for each in clips]
+    wrong = [(clip.name, clip.error or clip.result.get("warning", "")) for clip in clips]
     told = [f"{name}: {text}" for name, text in wrong if text]
     more = len(told) - _MOST_TOLD
     return " · ".join(told[:_MOST_TOLD]) + (f" · and {more} more clips" if more > 0 else "")
 
 
 def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int) -> None:
-    drawn = [each for each in pictures if each.picture.path.exists()]
+    drawn = [moment for moment in pictures if moment.picture.path.exists()]
     if not drawn:
         return
     page.section("Every collision")
@@ -92,7 +92,9 @@ def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int)
         f"{on_sheet} of {count} are on {SHEET}"
         + (f"; the first {MOST_SHOWN} are here." if len(drawn) > MOST_SHOWN else ".")
     )
-    page.gallery((each.picture.path, each.picture.label, each.film) for each in drawn[:MOST_SHOWN])
+    page.gallery(
+        (moment.picture.path, moment.picture.label, moment.film) for moment in drawn[:MOST_SHOWN]
+    )
 
 
 class _Moment(NamedTuple):
@@ -103,7 +105,7 @@ class _Moment(NamedTuple):
 
 
 def _moments(result: VideoResult) -> list[_Moment]:
-    clips = {each.name: each for each in result.clips}
+    clips = {clip.name: clip for clip in result.clips}
     moments = []
     for row in _rows(result.collisions):
         clip = clips[row.clip]
@@ -146,8 +148,8 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
     counts = Counter(table["clip"])
     fit = Counter(table["clip"][table["accepted"].to_numpy(bool)])
     rows = []
-    for each in clips:
-        found = each.result
+    for clip in clips:
+        found = clip.result
         numbers: tuple[object, ...] = ("–",) * 7
         if found:
             numbers = (
@@ -156,10 +158,10 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
                 f"{found['duration_s']:.1f}",
                 len(found["obstacles"]),
                 found["tracks"],
-                counts[each.name],
-                fit[each.name],
+                counts[clip.name],
+                fit[clip.name],
             )
-        rows.append((each.name, *numbers, each.error or (found.get("warning") or "")))
+        rows.append((clip.name, *numbers, clip.error or (found.get("warning") or "")))
     heads = (
         "clip",
         "method and scores",
