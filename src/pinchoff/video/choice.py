@@ -53,6 +53,7 @@ _SMALLER = 0.5  # of the smallest droplet that is looked for: tried where none i
 _HARDLY_LARGER = 1.5  # times that one, in diameter: then smaller ones are looked for too
 _MUCH_BETTER = 1.5  # times the score: then smaller ones are taken
 _MOVING = 3  # frames from which it is known what moves
+_LARGEST_CUT = 2.0  # times the largest whole droplet: what the frame cuts of one is no larger
 _NEAR_LEAST = 0.6  # of the usual diameter: where the least looked for is more, less is
 
 
@@ -343,12 +344,14 @@ def _without_small(trial: Trial, *, given: bool) -> Trial:
     segmenter, usual = trial.segmenter, _usual_area(trial)
     if usual is None or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
         return trial
+    whole = [droplet.area for found in trial.found for droplet in found if not droplet.cut]
+    largest = _LARGEST_CUT * max(whole)
     if given:
-        return trial._replace(segmenter=segmenter.without_smaller(segmenter.minimum_area))
+        return trial._replace(segmenter=segmenter.between(segmenter.minimum_area, largest))
     least = max(min(segmenter.minimum_area, _NEAR_LEAST**2 * usual), _SMALL**2 * usual)
     kept = [[each for each in here if each.area >= least] for here in trial.found]
     variant = {**trial.variant, "minimum_area_px": least}
-    return trial._replace(segmenter=segmenter.without_smaller(least), variant=variant, found=kept)
+    return trial._replace(segmenter=segmenter.between(least, largest), variant=variant, found=kept)
 
 
 class _Contest:
