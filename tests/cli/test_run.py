@@ -437,6 +437,13 @@ def test_unknown_command_is_refused(capsys):
     assert capsys.readouterr().err.startswith("error: No such command 'rnu'")
 
 
+def test_what_stands_behind_the_configuration_is_refused(capsys):
+    assert main(["run", "a.toml", "b", "c"]) == 2
+    assert capsys.readouterr().err == (
+        "error: arguments must be those of pinchoff run; got b c besides; see pinchoff run --help\n"
+    )
+
+
 def test_console_without_greek_letters(tmp_path):
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = run("--out", tmp_path / "out", *COARSE, env=ascii_only)

@@ -9,6 +9,7 @@ import difflib
 import errno
 import functools
 import io
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -210,6 +211,9 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
         rule = next((rule for word, rule in _TYPES.items() if word in message), "given")
         return f"{place} must be {rule}; got {_given_to(name, given)}; {see}"
     message = getattr(error, "format_message", error.__str__)()
+    extra = re.search(r"unexpected extra argument\S* \((.*)\)", message, re.S)
+    if extra:
+        return f"arguments must be those of pinchoff {given[0]}; got {extra[1]} besides; {see}"
     return f"{message.rstrip('.')}; {see}"
 
 

@@ -275,12 +275,7 @@ def _search(
     origin = (np.log([start.changes[name] for name in names]) - low) / span
     steps = np.where(origin > 0.5, -_FIRST_STEP, _FIRST_STEP)
     simplex = np.vstack([origin, origin + np.diag(steps)])
-    options = {
-        "initial_simplex": simplex,
-        "maxfev": most,
-        "xatol": _TOLERANCE,
-        "fatol": _FLATNESS,
-    }
+    options = {"initial_simplex": simplex, "maxfev": most, "xatol": _TOLERANCE, "fatol": _FLATNESS}
     result = minimize(
         objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
     )
