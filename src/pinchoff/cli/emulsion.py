@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
-from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, Workers, argument, switch
-from pinchoff.cli.output import announce, bar, print_table
+from pinchoff.cli.folders import ResumableResults, remove_results
+from pinchoff.cli.options import OUTPUT, Workers, argument, grouped, switch
+from pinchoff.cli.output import bar, print_table
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
 from pinchoff.support.records import jsonable, write_json
@@ -33,13 +33,13 @@ _MEASURED = (
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
+@grouped(out="emulsion")
 def emulsion(
     config: Annotated[Path, argument("CONFIG.toml", "The array, the flow and the droplets")],
-    out: OutFolder = "emulsion",
+    *,
     workers: Workers = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Send droplets through an array of pillars, where they break and merge.
 
@@ -68,21 +68,21 @@ def emulsion(
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import TABLE, sweep_runs
 
-    folder = results_folder(out)
     table = read_toml(config)
     varied = sweep_runs(table, config.parent) if TABLE in table else []
     designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
     if movie:
         _require_movie(designs)
-    with results_in(folder), going_on_with(out):
-        if overwrite:
+    with results.resumed() as folder:
+        if results.overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
                 remove_results(place, _PIECES)
         if varied:
-            _sweep(varied, folder, workers, movie, as_json)
+            report, files = _sweep(varied, folder, workers, movie, results.as_json)
+            results.announce(report, lambda: None, files)
             return
         made = _make(designs[0], folder, workers, movie)
-        announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
+        results.announce(made.report, lambda: _print(made.study), made.files)
 
 
 def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
@@ -115,7 +115,7 @@ def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool
 
 def _sweep(
     runs: Sequence[SweepRun], folder: Path, workers: int | None, movie: bool, as_json: bool
-) -> None:
+) -> tuple[dict[str, Any], list[Path]]:
     """Run one design after the other, each on all threads; write the table and its page."""
     import pandas as pd
 
@@ -133,7 +133,7 @@ def _sweep(
     write_csv(folder / SWEEP, table)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
     report = {"runs": jsonable(table.to_dict("records"))}
-    announce(report, lambda: None, [folder / PAGE, folder / SWEEP], as_json=as_json)
+    return report, [folder / PAGE, folder / SWEEP]
 
 
 def _write(

@@ -6,17 +6,8 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    StartAnew,
-    Workers,
-    argument,
-    named_as_options,
-    option,
-)
-from pinchoff.cli.output import announce
+from pinchoff.cli.folders import ResumableResults
+from pinchoff.cli.options import Workers, argument, grouped, named_as_options, option
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 
@@ -26,9 +17,10 @@ if TYPE_CHECKING:
     from pinchoff.studies.sweep import SweepResult
 
 
+@grouped(out="sweep")
 def sweep(
     config: Annotated[Path, argument("CONFIG.toml", "What is fixed and what is varied")],
-    out: OutFolder = "sweep",
+    *,
     workers: Workers = None,
     scheduler: Annotated[
         str | None,
@@ -38,8 +30,7 @@ def sweep(
             default="none: this machine",
         ),
     ] = None,
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Simulate every point of a design, into a table.
 
@@ -68,18 +59,17 @@ def sweep(
     from pinchoff.studies.sweep.dataset import remove_sweep
 
     with named_as_options("out", "scheduler", "threads"):
-        folder = results_folder(out)
         design = SweepDesign.from_toml(config)
         if workers is not None and scheduler is not None:
             advice = "a cluster's workers have their own"
             raise InputError.of("threads", "left out beside --scheduler", workers, advice)
-        with results_in(folder), going_on_with(out):
-            if overwrite:
+        with results.resumed() as folder:
+            if results.overwrite:
                 remove_sweep(folder)
             with _client(scheduler) as client:
                 result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
-    announce(report, lambda: _print(result), (), as_json=as_json)
+    results.announce(report, lambda: _print(result), ())
 
 
 def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
