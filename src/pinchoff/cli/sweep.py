@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from pinchoff.cli.cluster import Scheduler, cluster_client
 from pinchoff.cli.folders import ResumableResults
-from pinchoff.cli.options import Workers, argument, grouped, named_as_options, option
-from pinchoff.support.errors import InputError
+from pinchoff.cli.options import Workers, argument, grouped, named_as_options
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
-    from distributed import Client
-
     from pinchoff.studies.sweep import SweepResult
 
 
@@ -22,14 +19,7 @@ def sweep(
     config: Annotated[Path, argument("CONFIG.toml", "What is fixed and what is varied")],
     *,
     workers: Workers = None,
-    scheduler: Annotated[
-        str | None,
-        option(
-            "ADDRESS",
-            "Dask scheduler to run on, as tcp://10.0.0.1:8786",
-            default="none: this machine",
-        ),
-    ] = None,
+    scheduler: Scheduler = None,
     results: ResumableResults,
 ) -> None:
     r"""Simulate every point of a design, into a table.
@@ -60,24 +50,14 @@ def sweep(
 
     with named_as_options("out", "scheduler", "threads"):
         design = SweepDesign.from_toml(config)
-        if workers is not None and scheduler is not None:
-            advice = "a cluster's workers have their own"
-            raise InputError.of("threads", "left out beside --scheduler", workers, advice)
+        cluster = cluster_client(scheduler, workers)
         with results.resumed() as folder:
             if results.overwrite:
                 remove_sweep(folder)
-            with _client(scheduler) as client:
+            with cluster as client:
                 result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
     results.announce(report, lambda: _print(result), ())
-
-
-def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
-    if scheduler is None:
-        return nullcontext()
-    from pinchoff.studies.sweep.cluster import connected
-
-    return connected(scheduler)
 
 
 def _print(result: SweepResult) -> None:

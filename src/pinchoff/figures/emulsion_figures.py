@@ -204,16 +204,23 @@ def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
         return first
 
 
+_RATED = {"entered": "entered", "breakup": "broke", "left": "left", "merge": "merged"}
+
+
+def rated_events(events: pd.DataFrame) -> pd.Series[bool]:
+    """Tell which events `rates_over_time` draws."""
+    return events["kind"].astype(str).isin(_RATED)
+
+
 def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> Axes:
     """Draw what happens per t0 against time."""
     with style.journal_style():
         figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
         axes = figure.subplots()
-        end = float(study.series["time"].iloc[-1])
+        end = study.end
         edges = np.linspace(0.0, end, bins + 1)
         kinds = events["kind"].astype(str)
-        named = {"entered": "entered", "breakup": "broke", "left": "left", "merge": "merged"}
-        for (kind, said), color in zip(named.items(), palette.CATEGORIES, strict=False):
+        for (kind, said), color in zip(_RATED.items(), palette.CATEGORIES, strict=False):
             times = events["time"][kinds == kind]
             if len(times):
                 counts = np.histogram(times, edges)[0] / np.diff(edges)
