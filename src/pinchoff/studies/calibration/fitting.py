@@ -195,7 +195,7 @@ def calibrate(
     >>> import pinchoff as po
     >>> coarse = po.Parameters(vertex_count=48)
     >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
-    ...                      width=0.02, scan=8, evaluations=6)
+    ...                      width=0.1, scan=6, evaluations=4)
     >>> found.best.objective <= found.start.objective
     True
     """
