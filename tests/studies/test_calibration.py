@@ -192,6 +192,7 @@ def runs(symmetry, broke, necks=0.3):
         (runs([1.0, 0.8], [False, False]), 1.5),
         (runs([1.0, 0.8], [False, False], necks=0.1), 1.0),
         (runs([1.0, 0.8], [None, False]), math.nan),
+        (runs([1.0, 0.8], [False, False], necks=1e308), math.nan),
     ],
 )
 def test_every_outcome_of_a_search_is_a_number(table, critical):

@@ -182,9 +182,7 @@ def standing_rows(seen: Sequence[Floats]) -> Floats:
     return every[still]
 
 
-def _stays(
-    every: Floats, frames: NDArray[np.int64], row: Floats, count: int
-) -> tuple[bool, bool]:
+def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
     """Return whether a region stands still, and whether it is near its place, in most frames.
 
     Parameters
