@@ -22,12 +22,15 @@ inline void Island::open_bridges() {
     }
 }
 
-/// Adds what one droplet of a pair, whose touches are listed from `first` on, faces the other with.
+/// Notes what one droplet of a pair, whose touches are listed from `first` on, faces the other
+/// with.
 inline void Island::measure_facing(Look& look, const DropletPair& pair, std::size_t first) const {
     if (first == look.lists.touches.size()) return;
     const Ring &a = droplets_[pair.first].ring, &b = droplets_[pair.second].ring;
     const double length = facing_length(look.lists, first, a, b, pair.image, touch_of(a, b).length);
-    if (length > 0.0) look.facings.push_back({pair.first, pair.second, length});
+    if (!(length > 0.0)) return;
+    const auto [low, high] = std::minmax(droplets_[pair.first].id, droplets_[pair.second].id);
+    look.facings.push_back({low, high, 0.5 * length});
 }
 
 inline int Island::index_of(int id) const {
@@ -45,16 +48,12 @@ inline bool Island::merges(const Film& film, double share) const {
     return i >= 0 && j >= 0 && droplets_[i].bridge == 0 && droplets_[j].bridge == 0;
 }
 
-/// Contacts of droplets: whether any begins, ends or has drained. Gives the facings a length for
-/// each pair, by numbers: half of what both sides face each other with, over all images.
+/// Contacts of droplets: whether any begins, ends or has drained. The facings are summed, over both
+/// sides and all images, to one for each pair.
 inline Finding Island::look_at_films(Look& look) const {
     Finding found;
     if (!world_->coalescence.follows) return found;
     std::vector<Facing>& pairs = look.facings;
-    for (Facing& f : pairs) {
-        const int one = droplets_[f.droplet].id, other = droplets_[f.other].id;
-        f = {std::min(one, other), std::max(one, other), 0.5 * f.length};
-    }
     std::ranges::sort(pairs, [](const Facing& a, const Facing& b) {
         if (a.droplet != b.droplet) return a.droplet < b.droplet;
         return a.other != b.other ? a.other < b.other : a.length < b.length;
@@ -209,7 +208,8 @@ inline bool Island::merge(const Film& film) {
     Shape other{b.positions(), b.velocities()};
     for (Vec2& r : other.r) r = r + image;
     const double rest_area = a.ring.rest_area + b.ring.rest_area;
-    const int count = vertex_count(world_->model, std::sqrt(rest_area / kReferenceArea));
+    const int count = world_->vertices_for(std::sqrt(rest_area / kReferenceArea),
+                                           perimeter(one.r) + perimeter(other.r));
     const Vec2 velocity =
         1.0 / rest_area * (a.ring.rest_area * mean(one.v) + b.ring.rest_area * mean(other.v));
     Guard guard = Guard::none;

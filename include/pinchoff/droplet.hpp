@@ -105,6 +105,17 @@ public:
     }
     void meet(int obstacle) { contacted.push_back(obstacle); }
 
+    /// Becomes the droplet that another is, whose vertices it has in place of that one's.
+    void stand_for(const Droplet& other) {
+        id = other.id;
+        generation = other.generation;
+        contacted = other.contacted;
+        key = other.key;
+        meetings = other.meetings;
+        widest = other.widest;
+        mended = other.mended;
+    }
+
     std::vector<Vec2> positions() const { return copy(ring.x, ring.y); }
     std::vector<Vec2> velocities() const { return copy(ring.vx, ring.vy); }
 
@@ -211,6 +222,18 @@ inline Arrangement default_arrangement(const Model& model) {
 /// Vertices for a droplet of this diameter at the spacing of the reference droplet.
 inline int vertex_count(const Model& model, double diameter) {
     return std::max(kLeastVertices, static_cast<int>(std::lround(model.vertex_count * diameter)));
+}
+
+/// Outlines are not resolved further than to this many times the vertices of the round droplet.
+inline constexpr double kMostDrawnOut = 16.0;
+
+/// Vertices for a droplet of this diameter whose outline is so long, at the spacing of the round
+/// one.
+inline int vertex_count(const Model& model, double diameter, double perimeter) {
+    const int round = vertex_count(model, diameter);
+    const double spacing = rest_length(kReferenceArea * (diameter * diameter), round);
+    const double longer = std::clamp(perimeter / (round * spacing), 1.0, kMostDrawnOut);
+    return static_cast<int>(std::lround(round * longer));
 }
 
 /// That polygon; an edge of it, not a vertex, faces the obstacle.

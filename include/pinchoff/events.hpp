@@ -7,14 +7,6 @@
 
 namespace pinchoff {
 
-/// A droplet re-spaced less than this long ago, t0, is not re-spaced again.
-inline constexpr double kMendingInterval = 1.0;
-/// Loops with less than this share of a droplet's area are no more than a thread drawn too thin.
-inline constexpr double kSmallLoop = 0.02;
-/// The box of a droplet that is compared with everybody, D0; and the margin where space repeats.
-inline constexpr double kEverywhere = 1e9;
-inline constexpr double kExhaustiveMargin = 4.0;
-
 inline const Island::Detector Island::kDetectors[] = {
     {&Island::look_at_soundness, &Island::never, false},
     {&Island::look_at_necks, &Island::break_up, true},
@@ -26,81 +18,38 @@ inline const Island::Detector Island::kDetectors[] = {
 inline Budget Island::settle() {
     Budget budget;
     open_bridges();
-    survey();
-    for (const Detector* d = std::begin(kDetectors); d != std::end(kDetectors);) {
-        const Finding found = (this->*d->look)(look_);
-        if (found.guard != Guard::none && !world_->retires) stop(found.guard, found.value);
-        if (stopped()) return budget;
-        const bool refused = found.guard != Guard::none;
-        if (!refused && !found.happened) {
-            budget.limit_to(found.budget);
-            ++d;
-            continue;
-        }
-        if (refused) mend(found);
-        else (this->*d->happen)(found);
-        if (stopped()) return budget;
-        if (!refused && !d->renews) continue;
-        if (world_->model.stop_at_breakup != 0.0 && !refused) return budget;
-        budget = {};
+    Round round = Round::again;
+    while (round == Round::again) {
         survey();
-        d = std::begin(kDetectors);
+        budget = {};
+        round = look_round(budget);
     }
+    if (round == Round::ended) return budget;
     mark_pushed();
     measure_films();
     return budget;
 }
 
-/// Extents and speeds of every droplet, the drift that the coming paths are taken relative to, and
-/// who is near whom.
-inline void Island::survey() {
-    for (std::size_t i = 0; i < droplets_.size(); ++i) {
-        Ring& ring = droplets_[i].ring;
-        ring.drift_x = mean(ring.vx, ring.count);
-        ring.drift_y = mean(ring.vy, ring.count);
-        world_->kernels.survey(ring, look_.droplets[i].survey);
-        look_.droplets[i].scanned = false;
+/// Looks with one detector after the other. What happened may leave other droplets behind: then all
+/// look again. A detector whose event leaves the droplets as they are looks again by itself.
+inline Island::Round Island::look_round(Budget& budget) {
+    for (const Detector& detector : kDetectors) {
+        Finding found;
+        do {
+            found = (this->*detector.look)(look_);
+            const bool refused = found.guard != Guard::none;
+            if (refused && !world_->retires) stop(found.guard, found.value);
+            if (stopped()) return Round::ended;
+            if (refused) mend(found);
+            else if (found.happened) (this->*detector.happen)(found);
+            if (stopped()) return Round::ended;
+            if (refused) return Round::again;
+            if (found.happened && detector.renews)
+                return world_->model.stop_at_breakup != 0.0 ? Round::ended : Round::again;
+        } while (found.happened);
+        budget.limit_to(found.budget);
     }
-    seek_neighbours();
-}
-
-inline bool Island::looks_at_all() const {
-    const std::size_t bodies = world_->obstacles.obstacles().size() + droplets_.size();
-    return world_->exhaustive || (bodies <= kFewBodies && !world_->period.any());
-}
-
-/// Keeps the lists of neighbours complete: sought anew for a droplet that comes near the side of
-/// the box that it is kept in.
-inline void Island::seek_neighbours() {
-    look_.neighbour_room = std::numeric_limits<double>::infinity();
-    bool changed = boxes_.size() != droplets_.size();
-    boxes_.resize(droplets_.size());
-    for (std::size_t i = 0; i < droplets_.size(); ++i) {
-        Droplet& d = droplets_[i];
-        const Box& box = look_.droplets[i].survey.box;
-        if (!d.sought || !(room_in(d.kept, box) > 0.25 * kKeptMargin)) {
-            seek_obstacles(d, box);
-        }
-        changed = changed || d.kept.left != boxes_[i].left || d.kept.top != boxes_[i].top ||
-                  d.kept.right != boxes_[i].right || d.kept.bottom != boxes_[i].bottom;
-        boxes_[i] = d.kept;
-        look_.neighbour_room = std::min(look_.neighbour_room, room_in(d.kept, box));
-    }
-    if (changed) finder_.find(boxes_, world_->period, pairs_);
-}
-
-/// Draws a new box round a droplet and finds the obstacles near it.
-inline void Island::seek_obstacles(Droplet& d, const Box& box) const {
-    d.sought = true;
-    const ObstacleGrid& grid = world_->obstacles;
-    if (!looks_at_all() || world_->period.any()) {
-        d.kept = grown(box, world_->exhaustive ? kExhaustiveMargin : kKeptMargin);
-        return grid.find(d.kept, longest_wall_range(d.ring), d.near);
-    }
-    d.kept = {-kEverywhere, kEverywhere, -kEverywhere, kEverywhere};
-    d.near.clear();
-    for (int o = 0; o < static_cast<int>(grid.obstacles().size()); ++o)
-        d.near.push_back({o, {0, 0}});
+    return Round::quiet;
 }
 
 /// The guards on each droplet alone.
@@ -128,13 +77,6 @@ inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) c
         world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
         return Guard::self_intersection;
     return Guard::none;
-}
-
-/// A hair's breadth below a separation, so that round-off cannot disagree with the look that saw
-/// it.
-inline Separation slackened(Separation s) {
-    constexpr double kSlack = 1.0 - 1e-9;
-    return {kSlack * s.fraction, kSlack * s.length};
 }
 
 /// Necks: how far vertices may move before the neck of any droplet can pass the threshold. An
@@ -283,133 +225,6 @@ inline void Island::record_contacts(const Finding&) {
         if (!world_->retires && world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
             stop(Guard::self_intersection, d.id);
     }
-}
-
-/// Takes a droplet out; it is kept where the clock may be set back.
-inline void Island::remove(int index) {
-    if (droplets_[index].remembered()) gone_.push_back(std::move(droplets_[index]));
-    droplets_.erase(droplets_.begin() + index);
-    look_.droplets.erase(look_.droplets.begin() + index);
-    boxes_.clear();
-}
-
-/// A droplet that a guard refuses is re-spaced at its proper area, without the loops in which it
-/// crosses itself, or, where that does not serve or has just been tried, taken out.
-inline void Island::mend(const Finding& found) {
-    Droplet& d = droplets_[found.droplet];
-    const Shape whole = untangled({d.positions(), d.velocities()});
-    const std::vector<Vec2>& r = whole.r;
-    const bool respaceable = found.guard == Guard::area || found.guard == Guard::self_intersection;
-    // What small loops have been taken off may be mended again, but not at the same instant.
-    const bool small = found.guard == Guard::self_intersection &&
-                       signed_area(r) > (1.0 - kSmallLoop) * d.ring.rest_area;
-    const bool retired = !respaceable || !(time() - d.mended > (small ? 0.0 : kMendingInterval)) ||
-                         !(signed_area(r) > 0.5 * d.ring.rest_area);
-    refusals_.push_back(
-        {time(), d.id, found.guard, found.value, d.ring.rest_area, centroid(r), retired});
-    if (retired) {
-        end_films(d.id);
-        return remove(found.droplet);
-    }
-    Shape even = respace(whole, d.ring.count);
-    scale_to_area(even, d.ring.rest_area);
-    Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
-    mended.id = d.id;
-    mended.generation = d.generation;
-    mended.key = d.key;
-    mended.meetings = d.meetings;
-    mended.mended = time();
-    remove(found.droplet);
-    add(std::move(mended));
-    renew_steps();
-}
-
-/// A droplet that takes the place of another, or of a part of it.
-inline Droplet Island::heir(const Droplet& parent, Droplet droplet) {
-    droplet.id = kNoNumber;
-    droplet.generation = parent.generation + 1;
-    droplet.contacted = parent.contacted;
-    droplet.lag = parent.lag;
-    droplet.place = parent.place;
-    droplet.travel = parent.travel;
-    droplet.travelled = parent.travelled;
-    return droplet;
-}
-
-/// Cut one droplet along its neck. The daughters share its rest area and its mass in proportion to
-/// their areas, and together keep its momentum.
-inline void Island::break_up(const Finding& found) {
-    list_contacts();
-    if (stopped()) return;
-    set_lags(0.0);
-    const Droplet& parent = droplets_[found.droplet];
-    const Shape whole{parent.positions(), parent.velocities()};
-    const Separation& limit = world_->separation;
-    const Neck neck =
-        find_neck(whole.r, slackened({limit.fraction, limit.length * parent.ring.diameter}));
-    const Cut line = place_cut(whole.r, neck);
-    const auto [one, two] = cut(whole, line);
-    const double areas[2] = {signed_area(one.r), signed_area(two.r)};
-    const double smallest =
-        parent.ring.diameter * std::sqrt(std::min(areas[0], areas[1]) / (areas[0] + areas[1]));
-    Guard guard = Guard::none;
-    if (!(smallest >= limit_of(Guard::daughter_size))) guard = Guard::daughter_size;
-    else if (parent.generation + 1 > limit_of(Guard::generations)) guard = Guard::generations;
-    if (guard != Guard::none) {
-        const double value = guard == Guard::generations ? parent.generation + 1 : smallest;
-        if (!world_->retires) return stop(guard, value);
-        set_lags(0.5 * time_step_);
-        return mend(Finding::alarm(guard, value, found.droplet));
-    }
-
-    Shape daughters[2] = {one, two};
-    double rest[2];
-    Vec2 momentum{0, 0};
-    for (int k = 0; k < 2; ++k) {
-        rest[k] = parent.ring.rest_area * areas[k] / (areas[0] + areas[1]);
-        const double diameter = std::sqrt(rest[k] / kReferenceArea);
-        daughters[k] = respace(daughters[k], vertex_count(world_->model, diameter));
-        momentum = momentum + rest[k] / parent.ring.rest_area * mean(daughters[k].v);
-    }
-    const Vec2 correction = mean(whole.v) - momentum;
-    BreakupEvent event{time(),
-                       parent.id,
-                       parent.generation,
-                       {0, 0},
-                       {areas[0], areas[1]},
-                       neck.thickness,
-                       {point_on(whole.r, line.first), point_on(whole.r, line.second)},
-                       look_.droplets[found.droplet]};
-    std::vector<Droplet> heirs;
-    for (int k = 0; k < 2; ++k) {
-        for (Vec2& v : daughters[k].v) v = v + correction;
-        heirs.push_back(
-            heir(parent, Droplet(world_->model, rest[k], daughters[k].r, daughters[k].v)));
-        heirs[k].key = mixed(parent.key + k + 1);
-    }
-    const std::vector<Film> films = end_films(parent.id);
-    remove(found.droplet);
-    for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(heirs[k]));
-    breakups_.push_back(event);
-    if (world_->coalescence.follows) {
-        for (const int daughter : event.daughters) hand_down(films, event.droplet, daughter);
-        const auto [low, high] = std::minmax(event.daughters[0], event.daughters[1]);
-        handed_down_.push_back({.first = low, .second = high, .cut = true});
-    }
-    settle_heirs();
-}
-
-/// After outlines were cut or joined: steps, lists and velocities that suit the new droplets.
-inline void Island::settle_heirs() {
-    renew_steps();
-    if (stopped()) return;
-    look_.lists.clear();
-    survey();
-    if (world_->model.stop_at_breakup == 0.0) list_contacts();
-    else if (world_->fronts()) look_at_obstacles(look_);
-    mark_pushed();
-    if (world_->fronts()) world_->kernels.settle_fronts(scene());
-    set_lags(0.5 * time_step_);
 }
 
 }  // namespace pinchoff

@@ -52,9 +52,10 @@ struct Nearby {
     std::size_t chunks;   // where Look::distance2 begins for this pair
 };
 
-/// How much of one droplet's outline is within a vertex spacing of another's.
+/// How much of two droplets' outlines is within a vertex spacing of the other's: half of what each
+/// side faces the other with.
 struct Facing {
-    int droplet, other;  // indices
+    int droplet, other;  // numbers, the lower one first
     double length;
 };
 

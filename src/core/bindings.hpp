@@ -55,7 +55,10 @@ inline Vector array_of(const std::vector<double>& values) {
 }
 
 void bind_geometry(nb::module_& m);
+void bind_flows(nb::module_& m);
 void bind_collision(nb::module_& m);
+void bind_inspection(nb::module_& m);
 void bind_emulsion(nb::module_& m);
+void bind_rays(nb::module_& m);
 
 }  // namespace pinchoff

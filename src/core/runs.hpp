@@ -1,4 +1,4 @@
-// What the bindings of runs share: models, flows, arrangements, signals.
+// What the bindings of runs share: rows of numbers in, plain flows, energies out, signals.
 #pragma once
 
 #include "bindings.hpp"
@@ -8,6 +8,7 @@
 #include <string>
 
 #include "pinchoff/droplet.hpp"
+#include "pinchoff/energy.hpp"
 
 namespace pinchoff {
 
@@ -21,6 +22,25 @@ struct FlowObject {
     Flow flow;
     std::vector<double> nodes;
 };
+
+/// Stokes' flow round one obstacle: that of a run to which no other is given.
+inline Flow stokes_flow(const Obstacle& obstacle) {
+    Flow flow;
+    flow.kind = FlowKind::stokes;
+    flow.radius = obstacle.radius;
+    flow.x = obstacle.x;
+    flow.y = obstacle.y;
+    flow.vx = 1.0;
+    return flow;
+}
+
+inline Flow uniform_flow(double vx, double vy) {
+    Flow flow;
+    flow.kind = FlowKind::uniform;
+    flow.vx = vx;
+    flow.vy = vy;
+    return flow;
+}
 
 inline Model model_of(const double* row) {
     Model model;
@@ -83,6 +103,19 @@ private:
     std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
     bool pending_ = false;
 };
+
+inline nb::dict dict_of(const Energies& e) {
+    nb::dict d;
+    double total = 0;
+#define PINCHOFF_PUT(name) \
+    d[#name] = e.own.name; \
+    total += e.own.name;
+    PINCHOFF_TERMS(PINCHOFF_PUT)
+#undef PINCHOFF_PUT
+    d["contact"] = e.contact;
+    d["total"] = total + e.contact;
+    return d;
+}
 
 inline nb::tuple tuple_of(const std::vector<const char*>& names) {
     nb::list list;

@@ -7,7 +7,7 @@ import pytest
 import pinchoff as po
 from pinchoff.chamber import Chamber, read_design
 from pinchoff.chamber.record import design_record
-from pinchoff.cli.output import json_text
+from pinchoff.support.records import json_text
 
 
 def test_the_defaults_are_the_papers_device(paper):

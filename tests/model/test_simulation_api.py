@@ -23,7 +23,7 @@ from pinchoff.collisions import law
 from pinchoff.collisions import schema as collisions
 from pinchoff.model import simulation
 from pinchoff.model.parameters import SAMPLE_INTERVAL
-from pinchoff.model.results import run_columns
+from pinchoff.model.run_table import run_columns
 
 BREAKING = po.Parameters(simulation_capillary_number=30, offset=0.02)
 SLIPPING = po.Parameters(simulation_capillary_number=10, offset=0.15)

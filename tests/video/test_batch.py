@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import time
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -14,7 +11,6 @@ from pinchoff.video import batch
 from pinchoff.video.batch import clip_sources, measure_videos
 from pinchoff.video.microscope import Scene, film
 from pinchoff.video.settings import VideoSettings
-from pinchoff.video.workers import all_done, segmented
 
 OBSTACLE = (150.0, 80.0, 16.0)
 SETTINGS = VideoSettings(pixel_size_um=5.0, fps=60.0, method="rings", obstacles=(OBSTACLE,))
@@ -102,36 +98,6 @@ def test_a_damaged_result_is_measured_again(tmp_path, good):
     assert pd.read_parquet(tracks).attrs["units"]["area_um2"] == "µm²"
 
 
-def _ends(job, count):
-    """Do what a job says: "end" ends the process, as a damaged file may."""
-    count(1)
-    if job == "end":
-        time.sleep(0.5)
-        os._exit(7)
-    time.sleep(0.05)
-    return f"{job} done"
-
-
-def _broken(job):
-    return f"{job} broken"
-
-
-def test_a_process_that_ends_costs_its_own_job_only():
-    jobs = ["a", "end", "b", "end", "c"]
-    found = sorted(all_done(jobs, _ends, _broken, 2))
-    assert found == ["a done", "b done", "c done", "end broken", "end broken"]
-
-
-def test_progress_is_summed_over_jobs():
-    shown = []
-    assert sorted(all_done("abc", _ends, _broken, 1, shown.append)) == [
-        "a done",
-        "b done",
-        "c done",
-    ]
-    assert shown == [1.0, 2.0, 3.0]
-
-
 @pytest.mark.parametrize("overlay", [False, True])
 def test_rows_do_not_depend_on_the_processes(tmp_path, good, overlay):
     tables = []
@@ -147,18 +113,6 @@ def test_rows_do_not_depend_on_the_processes(tmp_path, good, overlay):
             assert len(one) == len(other)
         else:
             pd.testing.assert_frame_equal(one, other)
-
-
-class _Unpicklable:
-    def __init__(self):
-        self.found = lambda frame: [frame]
-
-    def droplets(self, frame):
-        return self.found(frame)
-
-
-def test_a_users_function_that_cannot_be_copied_works_here():
-    assert list(segmented([1, 2], _Unpicklable(), 4)) == [(1, [1]), (2, [2])]
 
 
 @pytest.mark.parametrize("name", ["...mp4", "..mp4", ".mp4", "... .mp4"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -24,8 +25,8 @@ OBSTACLE = (150.0, 80.0, 16.0)
 
 
 @pytest.fixture
-def measured(tmp_path):
-    """Function (scene, microscope, count) -> collisions table of the filmed scene."""
+def table_of(tmp_path):
+    """Function (scene, microscope, count, settings) -> collisions table of the filmed scene."""
 
     def measure(scene, microscope, count, **told):
         made = film(
@@ -36,6 +37,13 @@ def measured(tmp_path):
         return encounter_table(result.encounters, LABORATORY, "video", "clip")
 
     return measure
+
+
+# To choose the method takes most of the time of so short a clip.
+@pytest.fixture(params=["rings", pytest.param(None, marks=pytest.mark.slow)], ids=["rings", "any"])
+def measured(table_of, request):
+    """Do the same by rings, and by the method that the clip itself chooses."""
+    return functools.partial(table_of, method=request.param)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.9, math.pi / 2, 3.0, -2.2])
@@ -58,13 +66,13 @@ def test_every_direction_of_flow(disc, sliding, symmetry_of_disc, measured, micr
 
 
 @pytest.mark.parametrize("fps", [15.0, 59.94, 240.0])
-def test_every_frame_rate(disc, sliding, measured, microscope, fps):
+def test_every_frame_rate(disc, sliding, table_of, microscope, fps):
     look = microscope.replace(fps=fps)
     scene = Scene((sliding(disc(20.0), 20.0, 8.0, OBSTACLE, fps=fps),))
-    (row,) = measured(scene, look, 40, method="rings").to_dict("records")
+    (row,) = table_of(scene, look, 40, method="rings").to_dict("records")
     assert row["speed_mm_s"] == pytest.approx(3.0 * fps * 5e-3, rel=0.01)
     assert row["contact_time_s"] == pytest.approx(row["contact_frame"] / fps, rel=1e-4)
-    (row,) = measured(scene, look, 40, method="rings", fps=60.0).to_dict("records")
+    (row,) = table_of(scene, look, 40, method="rings", fps=60.0).to_dict("records")
     assert row["speed_mm_s"] == pytest.approx(3.0 * 60 * 5e-3, rel=0.01)
 
 
@@ -188,7 +196,7 @@ def test_obstacle_partly_in_view(disc, moving, measured, microscope):
     assert made["obstacle_x_um"][0] == pytest.approx(236.0 * 5, abs=2.0)
 
 
-def test_break_up_of_the_engine(measured, microscope):
+def test_break_up_of_the_engine(table_of, microscope):
     """A simulated break-up: its frame, its daughters and its neck, against the truth."""
     from pinchoff.video.microscope import Microscope, scene_encounters
 
@@ -199,7 +207,7 @@ def test_break_up_of_the_engine(measured, microscope):
     ]
     scene, count = lane_scene(runs, look)
     truth = encounter_table(scene_encounters(scene, look, count), LABORATORY, "film", "")
-    table = measured(scene, look, count, method="rings")
+    table = table_of(scene, look, count, method="rings")
     assert list(table["outcome"]) == list(truth["outcome"])
     assert sorted(table["outcome"]) == ["broke", "slipped"]
     for name, error in (

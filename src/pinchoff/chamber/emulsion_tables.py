@@ -21,7 +21,7 @@ from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import positive_magnitude_of
+from pinchoff.support.units import positive_magnitude_of
 
 _KINDS: dict[str, Callable[..., PillarArray]] = {
     "square": arrays.square,

@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.layout import REGIONS
 from pinchoff.chamber.shapes import polygons, quarter_segments
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text, written_aside
 
 if TYPE_CHECKING:
     from pinchoff.chamber.design import Chamber
@@ -92,8 +92,7 @@ def write_scad(chamber: Chamber, path: Path) -> None:
     >>> Path("mould.scad").exists()
     True
     """
-    with written_aside(path) as unfinished:
-        unfinished.write_text(scad_source(chamber), encoding="utf-8")
+    write_text(path, scad_source(chamber))
 
 
 def scad_source(chamber: Chamber) -> str:

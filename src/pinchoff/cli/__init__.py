@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import difflib
 import errno
+import functools
 import io
 import re
 import signal
 import sys
-from collections.abc import Sequence
-from typing import Annotated
+from collections.abc import Callable, Iterable, Sequence
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from pinchoff.cli.boundary import boundary
 from pinchoff.cli.calibrate import calibrate
@@ -37,17 +39,44 @@ from pinchoff.cli.virtual import virtual
 from pinchoff.support.errors import PinchoffError, refused_by_system
 from pinchoff.support.interruption import interrupted_by_signals
 
-# typer shows its parser's errors to the public only as the base class of this one.
+# Of typer's errors about what was typed only this subclass is public; all of them are caught.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort
 
 _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
+
+class _PlainCommand(TyperCommand):
+    """A command whose help names no type of Python."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _in_plain_words(super().get_params(ctx))
+
+
+class _PlainGroup(TyperGroup):
+    """The program, whose help names no type of Python either."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return _in_plain_words(super().get_params(ctx))
+
+
+def _in_plain_words(parameters: Iterable[Any]) -> list[Any]:
+    """Take ``<path>`` and ``<bool>`` out: names of arguments and switches say what they take."""
+    found = list(parameters)
+    for parameter in found:
+        if parameter.param_type_name == "argument":
+            parameter.display_type_rich = lambda ctx: None
+        elif parameter.is_flag:
+            parameter.metavar = ""
+    return found
+
+
 app = typer.Typer(
     name="pinchoff",
     help="Droplets that collide with an obstacle and pinch off.",
     rich_markup_mode="rich",
+    cls=_PlainGroup,
 )
 _COMMANDS = {
     "Begin": (examples,),
@@ -59,7 +88,7 @@ _COMMANDS = {
 }
 for _heading, _commands in _COMMANDS.items():
     for _command in _commands:
-        app.command(rich_help_panel=_heading)(_command)
+        app.command(cls=_PlainCommand, rich_help_panel=_heading)(_command)
 
 
 def _print_version(wanted: bool) -> None:
@@ -105,11 +134,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return _failed("interrupted", 1)
 
 
+@functools.cache
+def _parser() -> Callable[..., object]:
+    """Build what reads the line, once: it asks every command for its options."""
+    return typer.main.get_command(app)
+
+
 def _ended(given: Sequence[str], debug: bool) -> int:
     """Run a command to its end and say what went wrong; return the exit code."""
     try:
         with printed_warnings():
-            code = app(given, prog_name="pinchoff", standalone_mode=False)
+            code = _parser()(given, prog_name="pinchoff", standalone_mode=False)
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:

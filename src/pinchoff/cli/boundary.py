@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
 import warnings
 from collections.abc import Mapping, Sequence
@@ -12,22 +11,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_list, read_pairs
 from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.model_options import ModelFileOptions, set_option
 from pinchoff.cli.options import (
-    CONSTANTS,
     AsJson,
-    ConfigFile,
-    Model,
     OutFolder,
     Overwrite,
-    Preset,
-    configuration,
     flag_of,
+    grouped,
     named_as_options,
     option,
 )
-from pinchoff.cli.output import announce, print_table, write_json
+from pinchoff.cli.output import announce, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
+from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
     from pinchoff.studies.boundary.line_fit import LineFit
@@ -48,31 +45,23 @@ _OWN = ("simulation_capillary_number", "size_ratio")  # parameters with an optio
 _POINTS = "Points"
 
 
+@grouped
 def boundary(
-    config: ConfigFile = None,
-    preset: Preset = None,
-    model: Model = None,
+    model: ModelFileOptions,
     capillary: Annotated[str, option("LIST", "Values of Ca_sim", panel=_POINTS)] = _PAPER_RANGE,
     size_ratio: Annotated[
         str | None, option("LIST", "Values of D0/R", default="5.66", panel=_POINTS)
     ] = None,
     constants: Annotated[
         list[str] | None,
-        option(
-            "NAME=LIST",
-            "Values of any other parameter, as line_tension=60,190; may be repeated. "
-            f"NAME is {', '.join(CONSTANTS)}",
-            "--set",
-            panel=_POINTS,
-        ),
+        set_option("NAME=LIST", "Values of any other parameter, as line_tension=60,190", _POINTS),
     ] = None,
     width: Annotated[
-        str, option("NUMBER", "Largest width of a bracket, in S", panel=_POINTS)
-    ] = "0.005",
+        float, option("NUMBER", "Largest width of a bracket, in S", panel=_POINTS)
+    ] = 0.005,
     scan: Annotated[
-        str,
-        option("INTEGER", "Intervals of the scan over the offset", panel=_POINTS),
-    ] = "24",
+        int, option("INTEGER", "Intervals of the scan over the offset", panel=_POINTS)
+    ] = 24,
     out: OutFolder = "boundary",
     as_json: AsJson = False,
     overwrite: Overwrite = False,
@@ -103,14 +92,11 @@ def boundary(
     """
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])
-    width_number, scan_number = _number("--width", width), _number("--scan", scan)
-    if scan_number.is_integer():
-        scan_number = int(scan_number)
     folder = results_folder(out)
-    base, _ = configuration(config, preset, model)
+    base, _ = model.parameters()
     with results_in(folder, _FILES, overwrite=overwrite):
         started = time.perf_counter()
-        line = _found(base, vary, width_number, scan_number)
+        line = _found(base, vary, width, scan)
         from pinchoff.studies.boundary.report import boundary_report
 
         report, fit = boundary_report(line, time.perf_counter() - started)
@@ -129,30 +115,19 @@ def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, 
     return lists
 
 
-def _number(flag: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError.of(flag, "a finite number", text, "see pinchoff boundary --help")
-    return value
-
-
-def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: float) -> Boundary:
+def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: int) -> Boundary:
     """Find the boundary; say on stderr what guards stopped."""
     from pinchoff.studies.boundary.search import boundary as find
 
     with named_as_options(*_OWN, "width", "scan"), warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
-        line = find(base, vary, width=width, scan=scan)  # type: ignore[arg-type]
+        line = find(base, vary, width=width, scan=scan)
     for point, failures in line.failures.groupby("point"):
         low, high = failures["offset"].min(), failures["offset"].max()
         runs = (line.runs["point"] == point).sum()
-        print(
-            f"warning: {len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
-            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}",
-            file=sys.stderr,
+        warn(
+            f"{len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
+            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}"
         )
     return line
 

@@ -8,25 +8,23 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.model_options import ModelFileOptions
 from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
-    ConfigFile,
-    Model,
     OutFolder,
-    Preset,
     StartAnew,
-    configuration,
+    argument,
+    grouped,
     named_as_options,
     option,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.output import announce, print_table, versioned
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_csv
 from pinchoff.support.numerals import counted
+from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
     from pinchoff.studies.calibration.fitting import Calibration
@@ -44,18 +42,17 @@ def _search(takes: str, meaning: str, panel: str = _SEARCH) -> Any:
     return option(takes, meaning, panel=panel)
 
 
+@grouped
 def calibrate(
     target: Annotated[
         str,
-        typer.Argument(
-            metavar="TARGET",
-            help="paper-simulation, paper-experiment, ALPHA,BETA[,LOW,HIGH] of a line over a "
-            "range of Ca Ã z̃, or a Parquet or CSV file of collisions.",
+        argument(
+            "TARGET",
+            "paper-simulation, paper-experiment, ALPHA,BETA[,LOW,HIGH] of a line over a "
+            "range of Ca Ã z̃, or a Parquet or CSV file of collisions",
         ),
     ],
-    config: ConfigFile = None,
-    preset: Preset = None,
-    model: Model = None,
+    model: ModelFileOptions,
     free: Annotated[
         list[str] | None,
         option(
@@ -105,14 +102,15 @@ def calibrate(
     """
     folder = results_folder(out)
     aim, constants = _target(target), _bounds(free) if free else None
-    base, _ = configuration(config, preset, model)
+    base, _ = model.parameters()
     with results_in(folder):
         if overwrite:
             remove_results(folder, _FILES)
         started = time.perf_counter()
         options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
         found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
-        report = _report(found, time.perf_counter() - started)
+        seconds = round(time.perf_counter() - started, 3)
+        report = versioned({**found.to_dict(), "seconds": seconds})
         paths = _write(found, report, folder)
         announce(report, lambda: _print(found, report), paths, as_json=as_json)
 
@@ -165,17 +163,6 @@ def _calibrated(
         return fit(target, constants, base, **options)
 
 
-def _report(found: Calibration, seconds: float) -> dict[str, Any]:
-    from pinchoff import __version__
-
-    report = found.to_dict()
-    return {
-        "pinchoff_version": __version__,
-        **jsonable(report),
-        "seconds": round(seconds, 3),
-    }
-
-
 def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:
     from pinchoff.figures import style
     from pinchoff.figures.calibrated_line import calibrated_line, objective_landscape
@@ -183,8 +170,7 @@ def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Pat
 
     paths = [out / RESULT, out / SENSITIVITY, out / LINE]
     write_json(paths[0], report)
-    with written_aside(paths[1]) as unfinished:
-        found.sensitivity.to_csv(unfinished, index=False)
+    write_csv(paths[1], found.sensitivity)
     style.save(paths[2], calibrated_line(found))
     relative = found.parameters.neck_separation_unit == "perimeter"
     unit = "(perimeter)" if relative else "($D_0$)"

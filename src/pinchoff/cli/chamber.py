@@ -7,23 +7,22 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
-
 from pinchoff.cli.assignments import read_values
 from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
     Overwrite,
+    argument,
     flag_of,
     named_as_options,
     option,
     switch,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
+from pinchoff.cli.output import announce, bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
     from pinchoff.chamber import Chamber, Violation
@@ -59,9 +58,9 @@ _QUANTITIES = {  # the key of each quantity that has an option of its own
 def chamber(
     config: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="CONFIG.toml",
-            help="A table for each part of the device; all may be left out.",
+        argument(
+            "CONFIG.toml",
+            "A table for each part of the device; all may be left out",
             show_default=False,
         ),
     ] = None,
@@ -85,8 +84,7 @@ def chamber(
         ),
     ] = None,
     warn: Annotated[
-        bool,
-        switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE),
+        bool, switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE)
     ] = False,
     flow: Annotated[
         bool,
@@ -135,13 +133,7 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file; the command line overrides it.
-
-    Raises
-    ------
-    InputError
-        Something is wrong; names the option or the key.
-    """
+    """Return the device of a file; the command line overrides it."""
     from pinchoff.chamber import Chamber
     from pinchoff.support.quantities import physical_magnitude
 
@@ -187,7 +179,7 @@ def _report_violations(design: Chamber, violations: list[Violation], folder: Pat
         print(f"wrote {folder / RULES}", file=sys.stderr)
         require_rules(violations)
     for line in broken_rules(violations):
-        print(f"warning: {line}", file=sys.stderr)
+        warn(line)
 
 
 def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[Path]:
@@ -208,13 +200,13 @@ def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[P
 def _flow(design: Chamber, violations: list[Violation], folder: Path) -> dict[str, Any]:
     """Compute the flow, draw it and a collision in it, and return the numbers.
 
-    The flow's are written before collisions are run.
+    Those of the flow are written before a collision is run.
     """
     from pinchoff.chamber import check_flow, compare_with_stokes
     from pinchoff.figures import style
     from pinchoff.figures.chamber_flow import chamber_flow, flow_comparison
 
-    with progress_bar(sys.stderr.isatty(), "flow", None, unit="iterations") as show:
+    with bar("flow", unit="iterations") as show:
         check = check_flow(design, show=show)
     style.save(folder / FLOW, chamber_flow(check)[0])
     numbers = {**check.summary, "at_oil_rates": check.table().to_dict("records")}

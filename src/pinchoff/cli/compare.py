@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, OutFolder, Overwrite, named_as_options, option
-from pinchoff.cli.output import announce, write_json
+from pinchoff.cli.options import AsJson, OutFolder, Overwrite, argument, named_as_options, option
+from pinchoff.cli.output import announce, bar
+from pinchoff.support.records import write_json
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
 
 
 def compare(
-    clip: Annotated[
-        Path, typer.Argument(metavar="CLIP", help="Folder of a measured clip, DIR/clips/NAME.")
-    ],
+    clip: Annotated[Path, argument("CLIP", "Folder of a measured clip, DIR/clips/NAME")],
     collision: Annotated[
         int, option("INTEGER", "Its collision_id in the clip's collisions.parquet")
     ],
@@ -44,13 +40,12 @@ def compare(
     """
     folder = results_folder(out)
     from pinchoff.figures.filmed_comparison import write_comparison
-    from pinchoff.support.progress import progress_bar
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
     with results_in(folder, (_PICTURE, _NUMBERS), overwrite=overwrite):
         with (
             named_as_options(collision_id="--collision"),
-            progress_bar(sys.stderr.isatty(), "simulate", ROUNDS, unit="rounds") as show,
+            bar("simulate", ROUNDS, "rounds") as show,
         ):
             found = compare_collision(clip, collision, progress=show)
         write_comparison(folder / _PICTURE, found)

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, Overwrite
-from pinchoff.cli.output import announce
-from pinchoff.support.files import written_aside
+from pinchoff.cli.options import AsJson, Overwrite, argument
+from pinchoff.cli.output import announce, bar, warn
+from pinchoff.support.files import write_csv, write_text
 
 TABLE = "mine.csv"
 CLIP = "clip.mp4"
@@ -25,7 +22,7 @@ _DROPLETS = ((24, 4.4, 0.02), (36, 5.2, 0.06), (30, 4.8, 0.12), (20, 4.2, 0.18))
 
 
 def examples(
-    out: Annotated[str, typer.Argument(metavar="DIR", help="Folder for the files.")] = "examples",
+    out: Annotated[str, argument("DIR", "Folder for the files")] = "examples",
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -49,15 +46,14 @@ def examples(
     """
     folder = results_folder(out)
     texts = {
-        each.name: each.read_text(encoding="utf-8")
-        for each in resources.files("pinchoff.cli").joinpath("example_files").iterdir()
-        if each.name.endswith(".toml")
+        file.name: file.read_text(encoding="utf-8")
+        for file in resources.files("pinchoff.cli").joinpath("example_files").iterdir()
+        if file.name.endswith(".toml")
     }
     names = [*sorted(texts), TABLE, CLIP, _TRUTH]
     with results_in(folder, names, overwrite=overwrite):
         for name, text in texts.items():
-            with written_aside(folder / name) as unfinished:
-                unfinished.write_text(text, encoding="utf-8")
+            write_text(folder / name, text)
         _write_table(folder / TABLE)
         filmed = find_spec("av") is not None and find_spec("cv2") is not None
         if filmed:
@@ -67,7 +63,7 @@ def examples(
     announce(report, lambda: None, files, as_json=as_json)
     if not filmed:
         advice = "install it with: pip install 'pinchoff[video]'"
-        print(f"warning: no clip: the extra 'video' is not installed; {advice}", file=sys.stderr)
+        warn(f"no clip: the extra 'video' is not installed; {advice}")
 
 
 def _write_table(path: Path) -> None:
@@ -90,39 +86,23 @@ def _write_table(path: Path) -> None:
             "source": "synthetic",
         }
     )
-    with written_aside(path) as unfinished:
-        table.to_csv(unfinished, index=False)
+    write_csv(path, table)
 
 
 def _write_clip(path: Path) -> None:
     from pinchoff.model.parameters import Parameters
-    from pinchoff.support import paper_constants as paper
-    from pinchoff.support.progress import progress_bar
-    from pinchoff.video.encounters import Laboratory
+    from pinchoff.video.encounters import PAPER_LABORATORY
     from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 
-    laboratory = Laboratory(
-        obstacle_radius_um=paper.OBSTACLE_RADIUS_UM,
-        thickness_um=paper.THICKNESS_UM,
-        viscosity_mPa_s=paper.VISCOSITY_MPA_S,
-        surface_tension_mN_m=paper.SURFACE_TENSION_MN_M,
-    )
     microscope = Microscope(seed=0)
     passages = [
         passage_of(
             Parameters(simulation_capillary_number=ca, size_ratio=ratio, offset=offset),
             microscope,
-            laboratory,
+            PAPER_LABORATORY,
         )
         for ca, ratio, offset in _DROPLETS
     ]
     scene, count = lane_scene(passages, microscope, seed=0)
-    with progress_bar(sys.stderr.isatty(), "clip", count, unit="frames") as show:
-        film(
-            scene,
-            path,
-            count,
-            microscope=microscope,
-            laboratory=laboratory,
-            progress=show,
-        )
+    with bar("clip", count, "frames") as show:
+        film(scene, path, count, microscope=microscope, laboratory=PAPER_LABORATORY, progress=show)

@@ -8,32 +8,23 @@ import webbrowser
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
-from pinchoff.cli.options import OUTPUT, AsJson, option, switch
-from pinchoff.cli.output import announce
-from pinchoff.cli.table_options import (
-    ColumnMap,
-    Constants,
-    Units,
-    named_as_table_options,
-    table_pairs,
-)
+from pinchoff.cli.folders import require_new_file
+from pinchoff.cli.options import OUTPUT, AsJson, argument, grouped, option, switch
+from pinchoff.cli.output import announce, warn
+from pinchoff.cli.table_options import ColumnOptions, named_as_table_options
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 
 
+@grouped
 def explore(
+    reading: ColumnOptions,
     source: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="DIR_OR_TABLE",
-            help="Folder of a sweep, of video, fit or run; or a table of collisions.",
+        argument(
+            "DIR_OR_TABLE", "Folder of a sweep, of video, fit or run; or a table of collisions"
         ),
     ] = None,
-    columns: ColumnMap = None,
-    units: Units = None,
-    constants: Constants = None,
     out: Annotated[
         str | None,
         option("FILE", "The page", default="a temporary file, opened in a browser", panel=OUTPUT),
@@ -59,15 +50,15 @@ def explore(
     from pinchoff.explorer.page import write_explorer
 
     target = _target(out, overwrite)
-    how = table_pairs(columns, units, constants)
-    if source is None and any(how.values()):
+    pairs = reading.pairs()
+    if source is None and any(pairs.values()):
         raise InputError.of("DIR_OR_TABLE", "given beside options about it", "nothing", "name it")
-    with named_as_table_options(how):
-        own = None if source is None else own_data(source, **how)
+    with named_as_table_options(pairs):
+        own = None if source is None else own_data(source, **pairs)
     if own is not None and not any(own["values"].values()):
         raise InputError.of("DIR_OR_TABLE", "a table with rows", "none", "check its name")
-    for word in own["words"] if own else ():
-        print(f"warning: {word}", file=sys.stderr)
+    for message in own["words"] if own else ():
+        warn(message)
     write_explorer(target, own)
     report = {
         "collisions": len(next(iter(own["values"].values()))) if own else 0,
@@ -93,9 +84,5 @@ def _target(out: str | None, overwrite: bool) -> Path:
     target = Path(out)
     if target.suffix.lower() not in (".html", ".htm"):
         raise InputError.of("--out", "a name ending in .html", out, "choose another")
-    if target.exists() and not overwrite:
-        raise InputError.of("--out", "a new file", f"{out}, which exists", "add --overwrite")
-    if not target.parent.is_dir():
-        got = f"{out}, whose folder does not exist"
-        raise InputError.of("--out", "a file in an existing folder", got, "make it first")
+    require_new_file("--out", target, overwrite=overwrite)
     return target

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, OutFolder, Overwrite
-from pinchoff.cli.output import announce
+from pinchoff.cli.options import AsJson, OutFolder, Overwrite, argument
+from pinchoff.cli.output import announce, counted_off
 from pinchoff.support.numerals import counted
 
 
 def export(
-    measured: Annotated[
-        Path,
-        typer.Argument(metavar="DIR", help="What pinchoff video wrote, or one clip in it."),
-    ],
+    measured: Annotated[Path, argument("DIR", "What pinchoff video wrote, or one clip in it")],
     out: OutFolder = "export",
     as_json: AsJson = False,
     overwrite: Overwrite = False,
@@ -38,19 +32,13 @@ def export(
 
     pinchoff export measured --out for-imagej
     """
-    from pinchoff.support.progress import progress_bar
     from pinchoff.video.export import export_clip, exported_names, measured_clips
 
     folder = results_folder(out)
     clips = measured_clips(measured)
-    with (
-        results_in(folder, exported_names(clips), overwrite=overwrite),
-        progress_bar(sys.stderr.isatty(), "export", len(clips), unit="clips") as show,
-    ):
-        written = []
-        for done, clip in enumerate(clips, start=1):
+    written = []
+    with results_in(folder, exported_names(clips), overwrite=overwrite):
+        for clip in counted_off("export", clips, "clips"):
             written += export_clip(clip, folder)
-            if show is not None:
-                show(done)
     report = {"clips": [clip.name for clip in clips]}
     announce(report, lambda: print(counted(len(clips), "clip")), written, as_json=as_json)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from pinchoff.cli.folders import refuse_files
-from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, flag_of, option
-from pinchoff.cli.output import announce
-from pinchoff.cli.video import LABORATORY
+from pinchoff.cli.folders import require_new_file
+from pinchoff.cli.laboratory import LaboratoryOptions
+from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, argument, grouped, option
+from pinchoff.cli.output import announce, bar, counted_off, warn
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.locks import held_file
 from pinchoff.support.numerals import counted
@@ -21,30 +18,17 @@ if TYPE_CHECKING:
     from pinchoff.video.encounters import Laboratory
     from pinchoff.video.microscope import Microscope, Passage
 
-_PHYSICAL = {
-    "obstacle_radius": "85 um",
-    "viscosity": "48 mPa s",
-    "surface_tension": "20 mN/m",
-    "thickness": "85 um",
-}
 
-
-def _quantity(meaning: str) -> Any:
-    return option("QUANTITY", meaning, panel="Experiment, with units")
-
-
+@grouped
 def film(
-    sweep: Annotated[Path, typer.Argument(metavar="SWEEP", help="Folder of a sweep.")],
+    sweep: Annotated[Path, argument("SWEEP", "Folder of a sweep")],
+    experiment: LaboratoryOptions,
     out: Annotated[Path, option("FILE.mp4", "The clip", panel=OUTPUT)] = Path("clip.mp4"),
     most: Annotated[int, option("INTEGER", "Collisions to show, from the first")] = 60,
     look: Annotated[
         Path | None,
         option("FILE.toml", "How it looks: settings of the microscope", default="the paper's"),
     ] = None,
-    obstacle_radius: Annotated[str, _quantity("Obstacles, R")] = _PHYSICAL["obstacle_radius"],
-    viscosity: Annotated[str, _quantity("Fluid, μ")] = _PHYSICAL["viscosity"],
-    surface_tension: Annotated[str, _quantity("Interface, γ")] = _PHYSICAL["surface_tension"],
-    thickness: Annotated[str, _quantity("Chamber, z")] = _PHYSICAL["thickness"],
     angle: Annotated[
         float, option("NUMBER", "Direction of the flow, from x towards y, in degrees")
     ] = 0.0,
@@ -55,7 +39,8 @@ def film(
     """Film the collisions of a sweep, with the truth beside the clip.
 
     The runs of SWEEP are simulated again, with their daughters. They pass
-    obstacles in several lanes, drawn as the paper's microscope shows them.
+    obstacles in several lanes, drawn as the paper's microscope shows them, in
+    the paper's experiment: R and z 85 µm, μ 48 mPa s, γ 20 mN/m.
     CLIP.truth.parquet has the true numbers of every collision in the clip:
     measure the clip with pinchoff video and compare. Ten collisions take
     about ten seconds.
@@ -66,26 +51,19 @@ def film(
     """
     import math
 
-    from pinchoff.support.progress import progress_bar
+    from pinchoff.video.encounters import PAPER_LABORATORY
     from pinchoff.video.microscope import film as write_film
     from pinchoff.video.microscope import lane_scene, truth_of
 
     with held_file(out, "--out"):
-        refuse_files("--out", (out, truth_of(out)), overwrite=overwrite)
+        require_new_file("--out", out, truth_of(out), overwrite=overwrite)
         if most < 1:
             raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
-        laboratory = _laboratory(
-            {
-                "obstacle_radius": obstacle_radius,
-                "viscosity": viscosity,
-                "surface_tension": surface_tension,
-                "thickness": thickness,
-            }
-        )
+        laboratory = PAPER_LABORATORY.replace(**experiment.values())
         microscope = _microscope(look, seed)
         passages = _passages(sweep, most, microscope, laboratory)
         scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
-        with progress_bar(sys.stderr.isatty(), "film", frame_count, unit="frames") as show:
+        with bar("film", frame_count, "frames") as show:
             made = write_film(
                 scene,
                 out,
@@ -95,19 +73,8 @@ def film(
                 progress=None if show is None else lambda done, _: show(done),
             )
     counts = {"frames": made.frame_count, "collisions": len(made.collisions)}
-    said = f"{counted(made.frame_count, 'frame')}, {counted(len(made.collisions), 'collision')}"
-    announce(counts, lambda: print(said), (made.clip, made.truth), as_json=as_json)
-
-
-def _laboratory(texts: dict[str, str]) -> Laboratory:
-    from pinchoff.support.quantities import positive_magnitude_of
-    from pinchoff.video.encounters import Laboratory
-
-    values = {}
-    for name, text in texts.items():
-        field, unit = LABORATORY[name]
-        values[field] = positive_magnitude_of(flag_of(name), text, unit)
-    return Laboratory(**values)
+    words = f"{counted(made.frame_count, 'frame')}, {counted(len(made.collisions), 'collision')}"
+    announce(counts, lambda: print(words), (made.clip, made.truth), as_json=as_json)
 
 
 def _microscope(look: Path | None, seed: int) -> Microscope:
@@ -123,7 +90,6 @@ def _passages(
 ) -> list[Passage]:
     from pinchoff.studies.sweep import SweepDesign
     from pinchoff.studies.sweep.dataset import read_manifest
-    from pinchoff.support.progress import progress_bar
     from pinchoff.video.microscope import passage_of
 
     manifest = read_manifest(sweep)
@@ -133,18 +99,15 @@ def _passages(
     design = SweepDesign.from_config(manifest["configuration"])
     chosen = list(design.points(0, min(most, len(design))))
     passages, left_out = [], Counter[str]()
-    with progress_bar(sys.stderr.isatty(), "simulate", len(chosen), unit="runs") as show:
-        for done, parameters in enumerate(chosen, start=1):
-            try:
-                passages.append(passage_of(parameters, microscope, laboratory))
-            except SimulationError as error:
-                left_out[f"the guard {error.guard} stopped them"] += 1
-            except InputError as error:
-                left_out[str(error)] += 1
-            if show is not None:
-                show(done)
+    for parameters in counted_off("simulate", chosen, "runs"):
+        try:
+            passages.append(passage_of(parameters, microscope, laboratory))
+        except SimulationError as error:
+            left_out[f"the guard {error.guard} stopped them"] += 1
+        except InputError as error:
+            left_out[str(error)] += 1
     for reason, count in left_out.most_common():
-        print(f"warning: {count} of {len(chosen)} runs are left out: {reason}", file=sys.stderr)
+        warn(f"{count} of {len(chosen)} runs are left out: {reason}")
     if not passages:
         got, advice = "none that can be filmed", "see the reasons above"
         raise InputError.of(str(sweep), "a sweep with runs to film", got, advice)

@@ -2,35 +2,25 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
-
-import typer
 
 from pinchoff.cli.folders import remove_results, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
     OutFolder,
     Overwrite,
+    argument,
+    grouped,
     named_as_options,
     option,
 )
-from pinchoff.cli.output import announce, jsonable, print_table, write_json
-from pinchoff.cli.table_options import (
-    BrokeIs,
-    ColumnMap,
-    Constants,
-    Encoding,
-    HeaderRow,
-    Sheet,
-    Units,
-    imported,
-)
+from pinchoff.cli.output import announce, bar, print_table, versioned, warn
+from pinchoff.cli.table_options import TableOptions
 from pinchoff.explorer.page import FOLDER_PAGE
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_csv
 from pinchoff.support.numerals import counted
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
@@ -58,21 +48,15 @@ def _number(meaning: str, takes: str = "NUMBER") -> Any:
     return option(takes, meaning, panel=_FIT)
 
 
+@grouped
 def fit(
     table: Annotated[
         Path,
-        typer.Argument(
-            metavar="TABLE",
-            help="Parquet file or folder of a sweep, CSV, TSV or spreadsheet of collisions.",
+        argument(
+            "TABLE", "Parquet file or folder of a sweep, CSV, TSV or spreadsheet of collisions"
         ),
     ],
-    columns: ColumnMap = None,
-    units: Units = None,
-    constants: Constants = None,
-    broke_is: BrokeIs = None,
-    sheet: Sheet = None,
-    header_row: HeaderRow = None,
-    encoding: Encoding = None,
+    reading: TableOptions,
     free: Annotated[
         list[str] | None,
         option(
@@ -117,18 +101,9 @@ def fit(
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
     folder = results_folder(out)
-    collisions = imported(
-        table,
-        columns,
-        units,
-        constants,
-        broke_is=broke_is or (),
-        sheet=sheet,
-        header_row=header_row,
-        encoding=encoding,
-    )
+    collisions = reading.read(table)
     for message in collisions.messages():
-        print(f"warning: {message}", file=sys.stderr)
+        warn(message)
     with results_in(folder, _FILES, overwrite=overwrite):
         study = _studied(
             collisions,
@@ -140,9 +115,11 @@ def fit(
             seed=seed,
         )
         remove_results(folder, _FILES)
+        report = versioned(study.to_dict())
+        write_json(folder / LAW, report)
         _write(study, table.name, folder)
         files = (folder / name for name in _FILES)
-        announce(_report(study), lambda: _print(study), files, as_json=as_json)
+        announce(report, lambda: _print(study), files, as_json=as_json)
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
@@ -150,17 +127,8 @@ def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
 
     samples = options["samples"]
     assert isinstance(samples, int)
-    with (
-        named_as_options(*options, table="TABLE"),
-        progress_bar(sys.stderr.isatty(), "bootstrap", samples) as show,
-    ):
+    with named_as_options(*options, table="TABLE"), bar("bootstrap", samples) as show:
         return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
-
-
-def _report(study: LawStudy) -> dict[str, Any]:
-    from pinchoff import __version__
-
-    return {**jsonable(study.to_dict()), "pinchoff_version": __version__}
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:
@@ -169,11 +137,9 @@ def _write(study: LawStudy, source: str, folder: Path) -> None:
     from pinchoff.figures import style
     from pinchoff.figures.pages.law_page import law_figures, law_page
 
-    write_json(folder / LAW, _report(study))
     for name, frame in ((LAWS, study.comparison), (SET_ASIDE, study.collisions.set_aside)):
         if frame is not None and len(frame):
-            with written_aside(folder / name) as unfinished:
-                frame.to_csv(unfinished, index=False)
+            write_csv(folder / name, frame)
     write_collisions(study.collisions.table, folder / COLLISIONS)
     pictures: list[tuple[Picture, str]] = []
     for name, (axes, caption) in law_figures(study).items():

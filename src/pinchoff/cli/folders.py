@@ -60,11 +60,7 @@ def results_in(
 
 
 def _refuse_results(
-    out: Path,
-    results: Sequence[str],
-    *,
-    overwrite: bool,
-    held: Callable[[Path], str] | None = None,
+    out: Path, results: Sequence[str], *, overwrite: bool, held: Callable[[Path], str] | None = None
 ) -> None:
     present = next((name for name in results if os.path.lexists(out / name)), None)
     if present is not None and not overwrite:
@@ -74,18 +70,15 @@ def _refuse_results(
         raise InputError.of("--out", "a folder without results", got, advice)
 
 
-def refuse_files(option: str, files: Iterable[Path], *, overwrite: bool) -> None:
-    """Refuse the names of files that exist and may not be replaced.
-
-    Raises
-    ------
-    InputError
-        One of them does.
-    """
-    present = next((path for path in files if os.path.lexists(path)), None)
-    if present is not None and not overwrite:
-        advice = "add --overwrite, or choose another name"
-        raise InputError.of(option, "the name of a new file", str(present), advice)
+def require_new_file(option: str, *files: Path, overwrite: bool) -> None:
+    """Refuse files that exist and may not be replaced, or whose folder does not exist."""
+    for path in files:
+        if os.path.lexists(path) and not overwrite:
+            advice = "add --overwrite, or choose another name"
+            raise InputError.of(option, "a new file", f"{path}, which exists", advice)
+        if not path.parent.is_dir():
+            got = f"{path}, whose folder does not exist"
+            raise InputError.of(option, "a file in an existing folder", got, "make it first")
 
 
 def remove_results(out: Path, results: Iterable[str]) -> None:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 import sys
 import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pinchoff.support.files import written_aside
+from pinchoff.support.progress import Bar, progress_bar
+from pinchoff.support.records import json_text, jsonable
+
+Item = TypeVar("Item")
 
 _TABLE = (
     "outcome",
@@ -47,44 +49,36 @@ def print_collision(row: Mapping[str, Any]) -> None:
     print_table(("result", "value", "unit"), rows, left=(0, 2))
 
 
-def json_text(report: Mapping[str, Any]) -> str:
-    """Return a report as JSON in the strict sense: no NaN.
+def versioned(report: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a report as JSON can hold it, with the version of the package."""
+    from pinchoff import __version__
 
-    Examples
-    --------
-    >>> json_text({"S": 0.5}).split()
-    ['{', '"S":', '0.5', '}']
-    """
-    return json.dumps(report, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+    return {"pinchoff_version": __version__, **jsonable(report)}
 
 
-def jsonable(value: Any) -> Any:
-    """Return the value as JSON can hold it, with None where it is not a finite number.
-
-    Examples
-    --------
-    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
-    {'w': None, 'n': [1, 2.5]}
-    """
-    if isinstance(value, Mapping):
-        return {str(name): jsonable(each) for name, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [jsonable(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def warn(message: object) -> None:
+    """Print a warning, as one line on stderr."""
+    print(f"warning: {message}", file=sys.stderr)
 
 
-def write_json(path: Path, report: Mapping[str, Any]) -> None:
-    """Write a report, complete or not at all."""
-    with written_aside(path) as unfinished:
-        unfinished.write_text(json_text(report), encoding="utf-8")
+def bar(
+    label: str, total: float | None = None, unit: str = ""
+) -> AbstractContextManager[Bar | None]:
+    """Return a bar of progress on stderr; it shows nothing where that is no terminal."""
+    return progress_bar(sys.stderr.isatty(), label, total, unit=unit)
+
+
+def counted_off(label: str, items: Sequence[Item], unit: str) -> Iterator[Item]:
+    """Yield items one by one, and move a bar as each is done."""
+    with bar(label, len(items), unit) as show:
+        for done, item in enumerate(items, start=1):
+            yield item
+            if show is not None:
+                show(done)
 
 
 def announce(
-    report: Mapping[str, Any],
-    tell: Callable[[], object],
-    files: Iterable[Path],
-    *,
-    as_json: bool,
+    report: Mapping[str, Any], tell: Callable[[], object], files: Iterable[Path], *, as_json: bool
 ) -> None:
     """Say what came of a command, as JSON or in words, and name the files that there are.
 
@@ -150,7 +144,7 @@ def printed_warnings() -> Iterator[None]:
     def show(message: Warning | str, *_: object, **__: object) -> None:
         if str(message) not in printed:
             printed.add(str(message))
-            print(f"warning: {message}", file=sys.stderr)
+            warn(message)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", UserWarning)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,22 +12,13 @@ from pinchoff.cli.options import (
     OutFolder,
     Seed,
     StartAnew,
+    grouped,
     named_as_options,
     option,
     switch,
 )
-from pinchoff.cli.output import announce
-from pinchoff.cli.table_options import (
-    BrokeIs,
-    ColumnMap,
-    Constants,
-    Encoding,
-    HeaderRow,
-    Sheet,
-    Units,
-    imported,
-)
-from pinchoff.support.progress import progress_bar
+from pinchoff.cli.output import announce, bar, warn
+from pinchoff.cli.table_options import TableOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -38,7 +28,9 @@ if TYPE_CHECKING:
 PAGE = "report.html"
 
 
+@grouped
 def reproduce(
+    reading: TableOptions,
     out: OutFolder = "reproduction",
     only: Annotated[
         list[str] | None,
@@ -54,13 +46,6 @@ def reproduce(
         Path | None,
         option("TABLE", "Real collisions in place of the synthetic ones", default="none"),
     ] = None,
-    columns: ColumnMap = None,
-    units: Units = None,
-    constants: Constants = None,
-    broke_is: BrokeIs = None,
-    sheet: Sheet = None,
-    header_row: HeaderRow = None,
-    encoding: Encoding = None,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
@@ -86,22 +71,11 @@ def reproduce(
 
     folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
-    table = None
-    if experiment is not None:
-        table = imported(
-            experiment,
-            columns,
-            units,
-            constants,
-            broke_is=broke_is or (),
-            sheet=sheet,
-            header_row=header_row,
-            encoding=encoding,
-        )
+    table = None if experiment is None else reading.read(experiment)
     with results_in(folder):
         if overwrite:
             remove_reproduction(folder)
-        with going_on_with(out), named_as_options("out", "only", "seed"), _bar() as show:
+        with going_on_with(out), named_as_options("out", "only", "seed"), _figure_bar() as show:
             made = remake(
                 folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
             )
@@ -110,9 +84,9 @@ def reproduce(
 
 
 @contextmanager
-def _bar() -> Iterator[Callable[[str, int, int], object] | None]:
+def _figure_bar() -> Iterator[Callable[[str, int, int], object] | None]:
     """Show on stderr how much is made, and what is being made, where that is a terminal."""
-    with progress_bar(sys.stderr.isatty(), "", None, unit="items") as show:
+    with bar("", unit="items") as show:
         if show is None:
             yield None
             return
@@ -132,5 +106,5 @@ def _print(made: Reproduction) -> None:
         if number.verdict in ("differs", "not recovered", "does not follow"):
             print(f"{number.verdict}: {number.name}: paper {number.paper}, ours {number.ours}")
     for name, reason in made.left_out.items():
-        print(f"warning: figure {name} is left out: {reason}", file=sys.stderr)
+        warn(f"figure {name} is left out: {reason}")
     print(f"{len(made.figures)} figures; {made.seconds:.0f} s")

@@ -7,10 +7,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from pinchoff.cli.folders import refuse_files
-from pinchoff.cli.options import OUTPUT, AsJson, option, switch
+from pinchoff.cli.folders import require_new_file
+from pinchoff.cli.options import OUTPUT, AsJson, argument, option, switch
 from pinchoff.cli.output import announce, print_table
 from pinchoff.support.numerals import counted
 
@@ -21,9 +19,7 @@ _PICTURE = "_summary.png"
 
 
 def summary(
-    dataset: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Folder of a sweep, or a Parquet file.")
-    ],
+    dataset: Annotated[Path, argument("DIR", "Folder of a sweep, or a Parquet file")],
     picture: Annotated[
         Path | None,
         option("FILE", "The picture, .png, .pdf or .svg", default=f"DIR/{_PICTURE}", panel=OUTPUT),
@@ -44,7 +40,7 @@ def summary(
     pinchoff summary phase-diagram --picture phase-diagram.pdf
     """
     if picture is not None:
-        refuse_files("--picture", [picture], overwrite=overwrite)
+        require_new_file("--picture", picture, overwrite=overwrite)
     from pinchoff.figures import style
     from pinchoff.figures.phase_diagram import phase_diagram
     from pinchoff.studies.sweep.summary import summarize
@@ -57,13 +53,13 @@ def summary(
         style.save(path, phase_diagram(found.points))
     announce(found.to_dict(), lambda: _print(found), [path] if drawable else [], as_json=as_json)
     if not drawable:
-        said = "no picture: no accepted collision with a contact"
-        print(said, file=sys.stderr if as_json else sys.stdout)
+        reason = "no picture: no accepted collision with a contact"
+        print(reason, file=sys.stderr if as_json else sys.stdout)
 
 
 def _print(found: Summary) -> None:
     state = "" if found.rows == found.expected else f" of {found.expected}: not finished"
-    print(f"{found.rows} {'collision' if found.rows == 1 else 'collisions'}{state}")
+    print(f"{counted(found.rows, 'collision')}{state}")
     counts = [(outcome, str(count)) for outcome, count in found.outcomes.most_common()]
     reasons = [(f"rejected: {name}", str(n)) for name, n in found.reasons.most_common()]
     print_table(("outcome", "rows"), [*counts, *reasons])

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-import sys
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_pairs
 from pinchoff.cli.options import flag_of, option
+from pinchoff.cli.output import warn
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,86 +27,66 @@ def _pairs(flag: str, meaning: str) -> Any:
     return option("NAME=TEXT", f"{meaning}; may be repeated", flag, panel=_TABLE)
 
 
-ColumnMap = Annotated[list[str] | None, _pairs("--map", "Column of a quantity, as symmetry=S_meas")]
-Units = Annotated[list[str] | None, _pairs("--unit", "Unit of a quantity, as area=mm^2")]
-Constants = Annotated[
-    list[str] | None,
-    _pairs("--constant", "What is the same in all rows, as viscosity='48 mPa s'"),
-]
+@dataclass(frozen=True)
+class ColumnOptions:
+    """What the columns of a table are."""
 
-BrokeIs = Annotated[
-    list[str] | None,
-    option(
-        "VALUE",
-        "Outcome that means that the droplet broke, as 2; all others then mean that it did not; "
-        "may be repeated",
-        default="words of several languages, 1 and 0",
-        panel=_TABLE,
-    ),
-]
-Sheet = Annotated[
-    str | None, option("NAME", "Sheet of a spreadsheet", default="first with a table", panel=_TABLE)
-]
-HeaderRow = Annotated[
-    int | None,
-    option("INTEGER", "Row of the file with the names of columns", default="found", panel=_TABLE),
-]
-Encoding = Annotated[
-    str | None,
-    option("NAME", "Encoding of a text table, as latin-1", default="found", panel=_TABLE),
-]
+    columns: Annotated[
+        list[str] | None, _pairs("--map", "Column of a quantity, as symmetry=S_meas")
+    ] = None
+    units: Annotated[list[str] | None, _pairs("--unit", "Unit of a quantity, as area=mm^2")] = None
+    constants: Annotated[
+        list[str] | None,
+        _pairs("--constant", "What is the same in all rows, as viscosity='48 mPa s'"),
+    ] = None
+
+    def pairs(self) -> dict[str, dict[str, str]]:
+        """Return the columns, units and constants as `import_collisions` takes them."""
+        return {
+            "columns": read_pairs("--map", self.columns, "symmetry=S_meas"),
+            "units": read_pairs("--unit", self.units, "area=mm^2"),
+            "constants": read_pairs("--constant", self.constants, "viscosity='48 mPa s'"),
+        }
 
 
-def table_pairs(
-    columns: Sequence[str] | None, units: Sequence[str] | None, constants: Sequence[str] | None
-) -> dict[str, dict[str, str]]:
-    """Return what the options about a table say, as `import_collisions` takes it.
+@dataclass(frozen=True)
+class TableOptions(ColumnOptions):
+    """What the columns of a table are, and how its file is read."""
 
-    Raises
-    ------
-    InputError
-        What stands behind an option is no pair, or a name is given twice.
-    """
-    return {
-        "columns": read_pairs("--map", columns, "symmetry=S_meas"),
-        "units": read_pairs("--unit", units, "area=mm^2"),
-        "constants": read_pairs("--constant", constants, "viscosity='48 mPa s'"),
-    }
+    broke_is: Annotated[
+        list[str] | None,
+        option(
+            "VALUE",
+            "Outcome that means that the droplet broke, as 2; all others then mean that it did "
+            "not; may be repeated",
+            default="words of several languages, 1 and 0",
+            panel=_TABLE,
+        ),
+    ] = None
+    sheet: Annotated[
+        str | None,
+        option("NAME", "Sheet of a spreadsheet", default="first with a table", panel=_TABLE),
+    ] = None
+    header_row: Annotated[
+        int | None,
+        option(
+            "INTEGER", "Row of the file with the names of columns", default="found", panel=_TABLE
+        ),
+    ] = None
+    encoding: Annotated[
+        str | None,
+        option("NAME", "Encoding of a text table, as latin-1", default="found", panel=_TABLE),
+    ] = None
 
+    def read(self, table: Path) -> ImportedCollisions:
+        """Read a table as the options say; errors about what an option says name it."""
+        from pinchoff.collisions.importing import import_collisions
 
-def imported(
-    table: Path,
-    columns: Sequence[str] | None,
-    units: Sequence[str] | None,
-    constants: Sequence[str] | None,
-    **reading: Any,
-) -> ImportedCollisions:
-    """Read a table as the options say; errors about what an option says name it.
-
-    Parameters
-    ----------
-    table : path
-    columns, units, constants : sequence of str, optional
-        Pairs, as they were typed.
-    **reading
-        Further arguments of `pinchoff.import_collisions`, called as their options.
-
-    Raises
-    ------
-    InputError
-        An option is wrong, or the table.
-    """
-    from pinchoff.collisions.importing import import_collisions
-
-    how = table_pairs(columns, units, constants)
-    with named_as_table_options(how):
-        return import_collisions(
-            table,
-            columns=how["columns"],
-            units=how["units"],
-            constants=how["constants"],
-            **reading,
-        )
+        pairs = self.pairs()
+        reading: dict[str, Any] = {name: getattr(self, name) for name in _READING}
+        reading |= {**pairs, "broke_is": self.broke_is or ()}
+        with named_as_table_options(pairs):
+            return import_collisions(table, **reading)
 
 
 @contextmanager
@@ -118,8 +99,8 @@ def named_as_table_options(how: Mapping[str, Mapping[str, str]]) -> Iterator[Non
         except InputError as error:
             raise _about_options(error, how) from None
         finally:
-            for each in caught:
-                print(f"warning: {_with_flags(str(each.message))}", file=sys.stderr)
+            for warning in caught:
+                warn(_with_flags(str(warning.message)))
 
 
 def _about_options(error: InputError, how: Mapping[str, Mapping[str, str]]) -> InputError:

@@ -4,58 +4,53 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
-import typer
-
 from pinchoff.cli.assignments import read_value, read_values
 from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, flag_of, option, switch
-from pinchoff.cli.output import announce, jsonable
+from pinchoff.cli.laboratory import EXPERIMENT, LaboratoryOptions, quantity
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    OutFolder,
+    Workers,
+    argument,
+    flag_of,
+    grouped,
+    option,
+    switch,
+)
+from pinchoff.cli.output import announce, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
+from pinchoff.support.records import jsonable
 
 if TYPE_CHECKING:
     from pinchoff.video.batch import VideoResult
     from pinchoff.video.settings import VideoSettings
 
-_EXPERIMENT = "Experiment, with units"
 _IMAGE = "Image"
 _CLIP = "Part of a clip"
 
-LABORATORY = {
-    "obstacle_radius": ("obstacle_radius_um", "um"),
-    "thickness": ("thickness_um", "um"),
-    "viscosity": ("viscosity_mPa_s", "mPa*s"),
-    "surface_tension": ("surface_tension_mN_m", "mN/m"),
-}
-"""What a camera does not see: field and unit of every quantity."""
 
-_LENGTHS = ("pixel_size", "minimum_diameter", "contact_distance")
+@dataclass(frozen=True)
+class VideoOptions:
+    """How clips are read and measured."""
 
-
-def _quantity(meaning: str, example: str, panel: str = _EXPERIMENT, **more: str) -> Any:
-    return option("QUANTITY", f"{meaning}, as '{example}'", panel=panel, **more)
-
-
-def video(
-    clips: Annotated[
-        list[Path],
-        typer.Argument(metavar="FILES…", help="Videos, TIFF stacks, folders of either or images."),
-    ],
-    config: Annotated[Path | None, option("FILE.toml", "Settings from a TOML file")] = None,
+    config: Annotated[Path | None, option("FILE.toml", "Settings from a TOML file")] = None
     pixel_size: Annotated[
-        str | None, _quantity("Side of a pixel", "5.28 um", default="what the file says")
-    ] = None,
+        str | None, quantity("Side of a pixel", "5.28 um", default="what the file says")
+    ] = None
     fps: Annotated[
         str | None,
-        option("NUMBER", "Frames a second", default="the times in the file", panel=_EXPERIMENT),
-    ] = None,
+        option("NUMBER", "Frames a second", default="the times in the file", panel=EXPERIMENT),
+    ] = None
     frames: Annotated[
         str | None,
         option("RANGE", "Frames that are measured, as 0:200:2", default="all", panel=_CLIP),
-    ] = None,
+    ] = None
     crop: Annotated[
         str | None,
         option(
@@ -64,29 +59,25 @@ def video(
             default="all of it",
             panel=_CLIP,
         ),
-    ] = None,
+    ] = None
     channel: Annotated[
         str | None,
         option(
             "NAME", "One of several channels, by name or number; or red, green or blue", panel=_CLIP
         ),
-    ] = None,
-    obstacle_radius: Annotated[str | None, _quantity("Obstacles, R", "85 um")] = None,
-    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None,
-    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None,
-    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None,
+    ] = None
     minimum_diameter: Annotated[
-        str | None, _quantity("Smallest droplet", "60 um", _IMAGE, default="by the method")
-    ] = None,
+        str | None, quantity("Smallest droplet", "60 um", _IMAGE, default="by the method")
+    ] = None
     contact_distance: Annotated[
         str | None,
-        _quantity(
+        quantity(
             "Distance that counts as contact",
             "16 um",
             _IMAGE,
             default="where the gap stops closing",
         ),
-    ] = None,
+    ] = None
     method: Annotated[
         str | None,
         option(
@@ -95,7 +86,7 @@ def video(
             default="what suits the clip",
             panel=_IMAGE,
         ),
-    ] = None,
+    ] = None
     find_obstacles: Annotated[
         bool,
         switch(
@@ -103,15 +94,11 @@ def video(
             "Look for pillars of any radius; with --obstacle-radius they are looked for",
             panel=_IMAGE,
         ),
-    ] = False,
-    preview: Annotated[
-        bool,
-        switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
-    ] = False,
+    ] = False
     packed: Annotated[
         bool,
         switch("--packed", "The same as --method packed: droplets fill the view", panel=_IMAGE),
-    ] = False,
+    ] = False
     assignments: Annotated[
         list[str] | None,
         option(
@@ -120,14 +107,54 @@ def video(
             "--set",
             panel=_IMAGE,
         ),
-    ] = None,
+    ] = None
+
+    def settings(self, laboratory: LaboratoryOptions) -> VideoSettings:
+        """Return what a file and the command line say together; the command line overrides."""
+        from pinchoff.support.files import read_toml
+        from pinchoff.support.units import positive_magnitude_of
+        from pinchoff.video.settings import VideoSettings
+
+        table: dict[str, Any] = {} if self.config is None else read_toml(self.config)
+        known = table.pop("laboratory", {})
+        if not isinstance(known, dict):
+            place, advice = f"{self.config}: laboratory", "write it as [laboratory]"
+            raise InputError.of(place, "a table", known, advice)
+        for name in ("pixel_size", "minimum_diameter", "contact_distance"):
+            if (text := getattr(self, name)) is not None:
+                table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
+        if self.fps is not None:
+            table["fps"] = read_value("--fps", self.fps)
+        if self.crop is not None:
+            table["crop"] = read_value("--crop", f"[{self.crop}]")
+        words = {"frames": self.frames, "channel": self.channel}
+        table |= {name: text for name, text in words.items() if text is not None}
+        assignments = [
+            *(self.assignments or []),
+            *(["method=packed"] if self.packed else []),
+            *([f"method={self.method}"] if self.method is not None else []),
+            *(["find_obstacles=true"] if self.find_obstacles else []),
+        ]
+        table |= read_values("--set", assignments, "edge_level=0.5")
+        return VideoSettings(**table, laboratory={**known, **laboratory.values()})
+
+
+@grouped
+def video(
+    clips: Annotated[
+        list[Path], argument("FILES", "Videos, TIFF stacks, folders of either or images")
+    ],
+    measuring: VideoOptions,
+    experiment: LaboratoryOptions,
+    preview: Annotated[
+        bool,
+        switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
+    ] = False,
     out: OutFolder = "video",
     overlay: Annotated[
         bool, switch("--overlay/--no-overlay", "Write annotated clips", panel=OUTPUT)
     ] = True,
-    workers: Annotated[
-        int | None, option("INTEGER", "How many work at the same time", default="one a core")
-    ] = None,
+    workers: Workers = None,
     as_json: AsJson = False,
 ) -> None:
     r"""Measure droplets that meet obstacles in microscope videos.
@@ -156,24 +183,7 @@ def video(
     --obstacle-radius 85um --thickness 85um --viscosity 48mPa.s \
     --surface-tension 20mN/m --out measured
     """
-    laboratory = {
-        "obstacle_radius": obstacle_radius,
-        "thickness": thickness,
-        "viscosity": viscosity,
-        "surface_tension": surface_tension,
-    }
-    lengths = {
-        "pixel_size": pixel_size,
-        "minimum_diameter": minimum_diameter,
-        "contact_distance": contact_distance,
-    }
-    assigned = [
-        *(assignments or []),
-        *(["method=packed"] if packed else []),
-        *([f"method={method}"] if method is not None else []),
-        *(["find_obstacles=true"] if find_obstacles else []),
-    ]
-    settings = video_settings(config, lengths, laboratory, fps, assigned, (frames, crop, channel))
+    settings = measuring.settings(experiment)
     folder = results_folder(out)
     if preview:
         with results_in(folder):
@@ -197,49 +207,6 @@ def video(
         announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
 
 
-def video_settings(
-    config: Path | None,
-    lengths: Mapping[str, str | None],
-    laboratory: Mapping[str, str | None],
-    fps: str | None,
-    assignments: list[str],
-    part: tuple[str | None, str | None, str | None] = (None, None, None),
-) -> VideoSettings:
-    """Return what a file and the command line say together; the command line overrides.
-
-    `part` are frames, crop and channel.
-
-    Raises
-    ------
-    InputError
-        A value is wrong.
-    """
-    from pinchoff.support.files import read_toml
-    from pinchoff.support.quantities import positive_magnitude_of
-    from pinchoff.video.settings import VideoSettings
-
-    table: dict[str, Any] = {} if config is None else read_toml(config)
-    given = table.pop("laboratory", {})
-    if not isinstance(given, dict):
-        raise InputError.of(f"{config}: laboratory", "a table", given, "write it as [laboratory]")
-    for name in _LENGTHS:
-        text = lengths.get(name)
-        if text is not None:
-            table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
-    for name, (field, unit) in LABORATORY.items():
-        text = laboratory.get(name)
-        if text is not None:
-            given[field] = positive_magnitude_of(flag_of(name), text, unit)
-    if fps is not None:
-        table["fps"] = read_value("--fps", fps)
-    frames, crop, channel = part
-    if crop is not None:
-        table["crop"] = read_value("--crop", f"[{crop}]")
-    table |= {k: v for k, v in (("frames", frames), ("channel", channel)) if v is not None}
-    table |= read_values("--set", assignments, "edge_level=0.5")
-    return VideoSettings(**table, laboratory=given)
-
-
 def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
     """Draw what each method finds in each clip, and print the scores."""
     from pinchoff.video.batch import clip_sources
@@ -256,10 +223,7 @@ def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
 def _describe(sources: Mapping[str, Path], settings: VideoSettings, stream: TextIO) -> None:
     """Print scale and rate of every clip before the work starts.
 
-    Raises
-    ------
-    InputError
-        Nobody says how large a pixel is, neither the user nor any of the clips.
+    Refused where neither the user nor any of the clips says how large a pixel is.
     """
     from pinchoff.video.scale import described
 
@@ -272,18 +236,12 @@ def _describe(sources: Mapping[str, Path], settings: VideoSettings, stream: Text
 
 
 def _tell_problems(result: VideoResult) -> None:
-    """Print errors and warnings of the clips.
-
-    Raises
-    ------
-    InputError
-        None of them could be measured.
-    """
+    """Print errors and warnings of the clips; fail where none could be measured."""
     for clip in result.clips:
         if clip.error:
             print(f"error: {clip.error}", file=sys.stderr)
         elif clip.result.get("warning"):
-            print(f"warning: {clip.name}: {clip.result['warning']}", file=sys.stderr)
+            warn(f"{clip.name}: {clip.result['warning']}")
     if all(clip.error for clip in result.clips):
         got = f"{counted(len(result.clips), 'clip')} with errors"
         raise InputError.of("FILES", "measurable", got, "see the errors above")

@@ -5,17 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
+from pinchoff.cli.folders import require_new_file
+from pinchoff.cli.model_options import ModelOptions, changed, set_option
 from pinchoff.cli.options import (
-    CONSTANTS,
-    MODEL,
     OUTPUT,
     AsJson,
-    Model,
     Overwrite,
-    Preset,
     Seed,
-    changed,
-    configuration,
+    grouped,
     named_as_options,
     option,
     switch,
@@ -24,28 +21,21 @@ from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 
 
+@grouped
 def virtual(
+    model: ModelOptions,
     out: Annotated[Path, option("FILE", "The table, .parquet or .csv", panel=OUTPUT)] = Path(
         "virtual.parquet"
     ),
     rows: Annotated[int, option("INTEGER", "Collisions")] = 5056,
     seed: Seed = 1,
     engine: Annotated[
-        bool,
-        switch("--engine", "Simulate every collision instead of drawing from the law"),
+        bool, switch("--engine", "Simulate every collision instead of drawing from the law")
     ] = False,
     symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
-    preset: Preset = None,
-    model: Model = None,
     constants: Annotated[
         list[str] | None,
-        option(
-            "NAME=VALUE",
-            "Any other parameter of the engine, as ca_speed=contact; may be repeated. "
-            f"NAME is {', '.join(CONSTANTS)}",
-            "--set",
-            panel=MODEL,
-        ),
+        set_option("NAME=VALUE", "Any other parameter of the engine, as ca_speed=contact"),
     ] = None,
     as_json: AsJson = False,
     overwrite: Overwrite = False,
@@ -71,19 +61,14 @@ def virtual(
     from pinchoff.studies.virtual import TRUE_SYMMETRY, virtual_experiment
 
     require_table_name("--out", out)
-    if out.exists() and not overwrite:
-        advice = "add --overwrite, or choose another name"
-        raise InputError.of("--out", "a new file", f"{out}, which exists", advice)
-    if not out.parent.is_dir():
-        advice = "make it, or choose another"
-        raise InputError.of("--out", "in an existing folder", str(out), advice)
-    given = {"--preset": preset, "--model": model, "--set": constants}
+    require_new_file("--out", out, overwrite=overwrite)
+    given = {"--preset": model.preset, "--model": model.model, "--set": constants}
     for flag, value in given.items():
         if value and not engine:
             shown = value if isinstance(value, str) else value[0]
             advice = "add --engine: without it nothing is simulated"
             raise InputError.of(flag, "left out without --engine", shown, advice)
-    base = changed(configuration(None, preset, model)[0], {}, constants or [], {})
+    base = changed(model.parameters()[0], {}, constants or [], {})
     with named_as_options("seed", "symmetry_noise", n="--rows", base="--set"):
         table = virtual_experiment(
             seed,

@@ -11,7 +11,7 @@ import numpy as np
 
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import is_unit, unit_factor
+from pinchoff.support.units import is_unit, unit_factor
 
 if TYPE_CHECKING:
     import pandas as pd

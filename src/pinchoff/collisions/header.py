@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Sequence
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.quantities import is_unit
+from pinchoff.support.units import is_unit
 
 LOOKED_AT = 30
 """Rows at the top of a file among which the header is looked for."""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.dataset as pads
 import pyarrow.parquet as pq
 
 from pinchoff.collisions.checksums import require_whole
@@ -21,6 +20,7 @@ from pinchoff.support.files import HoldsFiles, written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow.dataset as pads
     from numpy.typing import NDArray
 
 _ARROW_TYPES = {
@@ -206,6 +206,8 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
     InputError
         There is none, or it is not a collisions table.
     """
+    import pyarrow.dataset as pads  # slow to import
+
     place = Path(path)
     advice = "give the folder of a sweep, or a Parquet file of collisions"
     if place.is_dir():
@@ -224,22 +226,11 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
     return dataset
 
 
-def collision_batches(
-    dataset: pads.Dataset, columns: Sequence[str] | None = None
-) -> Iterator[pa.RecordBatch]:
-    """Read an opened table little by little, in the order of its files.
-
-    Parameters
-    ----------
-    dataset : pyarrow.dataset.Dataset
-        What `open_collisions` returned.
-    columns : sequence of str, optional
-        The columns to read; all by default.
-    """
-    wanted = None if columns is None else list(columns)
+def collision_batches(dataset: pads.Dataset) -> Iterator[pa.RecordBatch]:
+    """Read what `open_collisions` returned little by little, in the order of its files."""
     for path in dataset.files:  # one after the other: an opened dataset keeps all their footers
         with pq.ParquetFile(path) as part:
-            yield from part.iter_batches(columns=wanted)
+            yield from part.iter_batches()
 
 
 def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:

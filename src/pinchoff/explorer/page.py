@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -70,8 +70,7 @@ def explorer_page(own: Mapping[str, Any] | None = None) -> str:
 def write_explorer(path: str | os.PathLike[str], own: Mapping[str, Any] | None = None) -> None:
     """Write the page, complete or not at all; as `explorer_page`."""
     text = explorer_page(own)
-    with written_aside(Path(path)) as unfinished:
-        unfinished.write_text(text, encoding="utf-8")
+    write_text(Path(path), text)
 
 
 def write_folder_page(folder: Path) -> bool:

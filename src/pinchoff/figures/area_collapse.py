@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pinchoff.figures import style
-from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ from matplotlib.colors import LogNorm
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from pinchoff.figures import style
-from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.studies.calibration.targets import CollisionsTarget
 from pinchoff.support import palette
 
@@ -51,9 +51,7 @@ def objective_landscape(
     Axes
     """
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 3.1)
-            axes = figure.subplots()
+        axes = style.one_panel(3.1) if axes is None else axes
         norm = LogNorm(landscape.objective.min(), landscape.objective.max())
         edges = (_edges(landscape.x), _edges(landscape.y))
         mesh = axes.pcolormesh(
@@ -72,8 +70,8 @@ def objective_landscape(
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
             axis.set_minor_formatter(NullFormatter())
             axis.set_tick_params(which="minor", length=0)
-            said = f"{unit}" if name == "neck_separation" else ""
-            axis.set_label_text(" ".join([_LABELS.get(name, name), said]).strip())
+            measured_in = f"{unit}" if name == "neck_separation" else ""
+            axis.set_label_text(" ".join([_LABELS.get(name, name), measured_in]).strip())
         figure_of = axes.figure
         bar = figure_of.colorbar(mesh, ax=axes, label=label)
         bar.formatter = FuncFormatter(lambda value, _: f"{value:g}")
@@ -99,9 +97,7 @@ def calibrated_line(calibration: Calibration, axes: Axes | None = None) -> Axes:
     """
     control, target = calibration.control, calibration.target
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 3.0)
-            axes = figure.subplots()
+        axes = style.one_panel(3.0) if axes is None else axes
         wide = np.geomspace(0.9 * control[0], 1.1 * control[-1], 100)
         if not isinstance(target, CollisionsTarget):
             axes.plot(wide, target.symmetry(wide), color="0.3", label=f"target: {target.name}")

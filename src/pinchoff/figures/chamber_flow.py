@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pinchoff.figures import style
 from pinchoff.figures.chamber_design import REGION_LOOK, shape_patch
-from pinchoff.figures.phase_diagram import logarithmic_axes
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
 from pinchoff.model.flow import Flow, stokes
 from pinchoff.support import palette
@@ -171,12 +171,12 @@ def _draw_collision(axes: Axes, collision: Collision, title: str) -> None:
     wanted = np.linspace(begin - 0.8, begin + 1.6, _MOMENTS)
     for moment in dict.fromkeys(int(np.argmin(np.abs(times - t))) for t in wanted):
         draw_droplets(axes, outlines[moment], rim=0.7).set_alpha(0.55)
-    said = f"{title}: $S$ = {collision.symmetry:.2f}, {collision.outcome}"
-    axes.set_title(said, loc="left", fontsize=7.5)
+    heading = f"{title}: $S$ = {collision.symmetry:.2f}, {collision.outcome}"
+    axes.set_title(heading, loc="left", fontsize=7.5)
 
 
 def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
-    """Draw the velocity along x on the line across through the obstacle's centre."""
+    """Draw the velocity along x on the line through the obstacle's centre, across the flow."""
     radius = 1.0 / compared.in_chamber.parameters.size_ratio
     y = np.linspace(0.0, 1.4, 400)
     points = np.column_stack([np.zeros_like(y), y])

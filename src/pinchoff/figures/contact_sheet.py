@@ -60,14 +60,18 @@ def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture
             tile = cv2.imread(str(picture.path))
             if tile is not None:
                 tiles.append(_labelled(tile, picture.label))
-    sheet = _joined(tiles) if tiles else _labelled(np.full((80, 320, 3), 255, np.uint8), "none")
+    sheet = (
+        _joined(tiles)
+        if tiles
+        else _labelled(np.full((80, 320, 3), 255, np.uint8), "no collisions")
+    )
     with written_aside(Path(path)) as unfinished:
         unfinished.write_bytes(cv2.imencode(".png", sheet)[1].tobytes())
     return len(tiles)
 
 
 def _labelled(tile: Pixels, label: str) -> Pixels:
-    """Return a picture with its label below, on as many lines as it takes."""
+    """Return a picture with its label below it, on as many lines as the label needs."""
     lines = _wrapped(label, tile.shape[1] - 4)
     strip = np.full((_LINE_HEIGHT * len(lines) + 4, tile.shape[1], 3), 255, dtype=np.uint8)
     for k, line in enumerate(lines):

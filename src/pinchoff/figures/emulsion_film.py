@@ -151,8 +151,8 @@ class _Stage:
         line.plot([0, 1], [0.5, 0.5], color=palette.INK, lw=2, solid_capstyle="butt")
         line.set(xlim=(0, 1), ylim=(0, 1))
         line.axis("off")
-        said = f"{length:g} {self._scale.length_unit}"
-        figure.text(0.97 - share / 2, middle * 1.1, said, ha="center", fontsize="small")
+        label = f"{length:g} {self._scale.length_unit}"
+        figure.text(0.97 - share / 2, middle * 1.1, label, ha="center", fontsize="small")
 
     def picture(self, outlines: Outlines, frame: int, time: float) -> Pixels:
         """Return one frame: (height, width, 3) of red, green and blue."""

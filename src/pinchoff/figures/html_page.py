@@ -15,7 +15,7 @@ from urllib.parse import quote
 
 from pinchoff.figures.mathml import formula
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,8 +124,8 @@ class Page:
         rows = [list(row) for row in rows]
         cells = [[_longest(cell) for cell in row] for row in rows]
         kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
-        said = f"<caption>{escape(caption)}</caption>" if caption else ""
-        head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
+        heading = f"<caption>{_raised(caption)}</caption>" if caption else ""
+        head = "".join(f"<th{k}>{_raised(c)}</th>" for c, k in zip(columns, kinds, strict=True))
         body = "".join(
             "<tr>"
             + "".join(f"<td{k}>{_cell(c)}</td>" for c, k in zip(row, kinds, strict=True))
@@ -133,7 +133,7 @@ class Page:
             for row in rows
         )
         self._body.append(
-            f'<div class="table"><table>{said}<thead><tr>{head}</tr></thead>\n'
+            f'<div class="table"><table>{heading}<thead><tr>{head}</tr></thead>\n'
             f"<tbody>{body}</tbody></table></div>"
         )
 
@@ -163,13 +163,12 @@ class Page:
 
         Where a third value is given and not empty, it is the address of what the picture opens.
         """
-        figures = "\n".join(_figure(*each) for each in pictures)
+        figures = "\n".join(_figure(*picture) for picture in pictures)
         self._body.append(f'<div class="gallery">\n{figures}\n</div>')
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Write the page, complete or not at all."""
-        with written_aside(Path(path)) as unfinished:
-            unfinished.write_text(self.html(), encoding="utf-8")
+        write_text(Path(path), self.html())
 
     def html(self) -> str:
         """Return the page."""
@@ -232,7 +231,7 @@ def _longest(cell: object) -> str:
 
 
 def _kind(cells: Sequence[str]) -> str:
-    """Return the class of a column: of numbers, of short words that stay on a line, or neither."""
+    """Return the class of a column: numbers, short words that stay on one line, or neither."""
     if cells and all(_NUMBER.match(cell) for cell in cells):
         return ' class="number"'
     return ' class="short"' if max(map(len, cells), default=0) <= _SHORT else ""

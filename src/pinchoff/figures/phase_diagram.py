@@ -1,6 +1,6 @@
-"""The plane of the break-up law: S against Ca Ã z̃, where collisions break and where they do not.
+"""Three figures of S against Ca Ã z̃: where collisions break, and where they do not.
 
-Three figures share it: `phase_diagram` of very many collisions, `separating_line` of a simulated
+They are `phase_diagram` of very many collisions, `separating_line` of a simulated
 boundary, and `separated_outcomes`, which shows the collisions of a fitted law by what came of them.
 """
 
@@ -13,12 +13,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import Normal, Stroke
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE, Line
+from pinchoff.collisions.law import PAPER_EXPERIMENT_LINE, PAPER_SIMULATION_LINE
 from pinchoff.collisions.schema import synthetic
 from pinchoff.figures import style
-from pinchoff.studies.sweep.summary import Points
+from pinchoff.figures.plane import (
+    CONTROL_PARAMETER,
+    OUTCOMES,
+    SYMMETRY,
+    draw_line,
+    draw_outcomes,
+    formula,
+    logarithmic_axes,
+    mark_size,
+)
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import numeral
@@ -31,22 +39,16 @@ if TYPE_CHECKING:
     from pinchoff.fits import LawFit
     from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
+    from pinchoff.studies.sweep.summary import Points
 
 #: The paper's separating lines: line, name, colour and dashes.
 PAPER_LINES = (
     (PAPER_SIMULATION_LINE, "paper, simulations", palette.SIMULATION_LINE, (0, (4, 2))),
     (PAPER_EXPERIMENT_LINE, "paper, experiments", palette.EXPERIMENT_LINE, (0, (1, 1.5))),
 )
-OUTCOMES = ((False, palette.UNBROKEN, "does not break"), (True, palette.BROKE, "breaks"))
-
-CONTROL_PARAMETER = r"Ca $\tilde{A}\,\tilde{z}$"
-SYMMETRY = "symmetry $S$"
 
 _GROUPS = ("capillary_number", "normalized_area", "normalized_thickness")
 _GRAZING = 0.02  # S: from here on down a droplet only grazes the obstacle
-_SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
-_SMALLEST = 0.7
-_FILLED = 1.6  # smaller marks are filled: an open one would be nothing but its rim
 
 
 def phase_diagram(
@@ -81,7 +83,7 @@ def phase_diagram(
     """
     points = points_of(collisions)
     with style.journal_style():
-        axes = _one_panel(3.4) if axes is None else axes
+        axes = style.one_panel(3.4) if axes is None else axes
         span = np.array([points.forcing.min() / 1.2, points.forcing.max() * 1.2])
         logarithmic_axes(axes, span, (_lowest_symmetry(points), 1.15))
         draw_outcomes(axes, points.forcing, points.symmetry, points.broke)
@@ -104,6 +106,8 @@ def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary)
     InputError
         It is no table with the columns of the law, or none of its rows can be drawn.
     """
+    from pinchoff.studies.sweep.summary import Points
+
     if isinstance(collisions, Points):
         return collisions
     table = _table_of(collisions)
@@ -120,7 +124,7 @@ def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary)
 
 
 def _table_of(collisions: pd.DataFrame | ImportedCollisions | Boundary) -> pd.DataFrame:
-    """Return the table of collisions that something is or has."""
+    """Return the table of a result, or the table itself."""
     table: Any = getattr(collisions, "runs", None)
     table = getattr(collisions, "table", collisions) if table is None else table
     needed = (*_GROUPS, "symmetry", "broke")
@@ -173,7 +177,7 @@ def separating_line(
     control, broke = _control_parameter(runs), runs["broke"].to_numpy(dtype=bool)
     span = np.array([0.8 * control.min(), 1.25 * control.max()])
     with style.journal_style():
-        axes = _one_panel(3.9 if measured is None else 4.2) if axes is None else axes
+        axes = style.one_panel(3.9 if measured is None else 4.2) if axes is None else axes
         logarithmic_axes(axes, span, (0.15, 1.1))
         draw_outcomes(axes, control, runs["symmetry"].to_numpy(), broke, marker="*")
         if measured is not None:
@@ -191,7 +195,7 @@ def separating_line(
 def separated_outcomes(
     table: pd.DataFrame, fit: LawFit, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
-    """Draw the paper's split of its collisions: broke, both, did not; with the separating line.
+    """Draw collisions as the paper splits them, broke, both, did not, with the separating line.
 
     Where exponents were left free, Ã and z̃ on the axis carry them.
 
@@ -234,8 +238,8 @@ def separated_outcomes(
                 (fit.line, "fit", palette.FITTED_LINE, "--"),
                 (PAPER_EXPERIMENT_LINE, "paper", palette.EXPERIMENT_LINE, "-"),
             ):
-                said = f"{name}: $S_c$ = {formula(line)}"
-                draw_line(panel, line, span, color=color, ls=dashes, lw=1, label=said)
+                label = f"{name}: $S_c$ = {formula(line)}"
+                draw_line(panel, line, span, color=color, ls=dashes, lw=1, label=label)
             panel.set_title(f"{title}: {int(which.sum()):,}", loc="left")
             panel.set_xlabel(_scaled_parameter(fit))
         axes[0].set_ylabel(SYMMETRY)
@@ -243,119 +247,6 @@ def separated_outcomes(
         axes[0].figure.legend(*named, loc="outside upper left", ncols=2)
         _say_what_is_missing(axes[0], table, fit)
         return list(axes)
-
-
-def draw_outcomes(
-    axes: Axes,
-    forcing: NDArray[np.float64],
-    symmetry: NDArray[np.float64],
-    broke: NDArray[np.bool_],
-    *,
-    marker: str = "o",
-    size: float | None = None,
-) -> None:
-    """Draw collisions: filled green where they broke, open violet where they did not.
-
-    They are drawn in a shuffled order, so that neither kind hides the other.
-
-    Parameters
-    ----------
-    axes : Axes
-    forcing, symmetry : ndarray, shape (n,)
-        Ca Ã z̃ and S.
-    broke : ndarray of bool, shape (n,)
-    marker : str, optional
-        Shape of a mark.
-    size : float, optional
-        Its size in points; by default smaller the more collisions there are.
-    """
-    size = mark_size(len(broke)) if size is None else size
-    rim = 0.5 if size >= _FILLED else 0.0
-    colors: dict[bool, tuple[str, str]] = {}
-    for kind, color, label in OUTCOMES:
-        colors[kind] = ("white" if rim and not kind else color, color)
-        if (broke == kind).any():
-            face, edge = colors[kind]
-            shape: dict[str, Any] = {"mfc": face, "mec": edge, "mew": rim, "ls": "none"}
-            axes.plot([], [], marker=marker, ms=max(size, 3.0), label=label, **shape)
-    order = np.random.default_rng(0).permutation(len(broke))
-    axes.scatter(
-        forcing[order],
-        symmetry[order],
-        size**2,
-        marker=marker,
-        facecolors=[colors[bool(kind)][0] for kind in broke[order]],
-        edgecolors=[colors[bool(kind)][1] for kind in broke[order]],
-        linewidths=rim,
-        rasterized=True,
-        zorder=1,
-    )
-
-
-def mark_size(count: int) -> float:
-    """Return the size of a mark [points] where so many collisions are drawn.
-
-    Examples
-    --------
-    >>> mark_size(50) > mark_size(5000)
-    True
-    """
-    return next((size for most, size in _SIZES if count <= most), _SMALLEST)
-
-
-def draw_line(axes: Axes, line: Line, span: NDArray[np.float64], **look: Any) -> None:
-    """Draw a separating line over a span of Ca Ã z̃, up to S = 1: no larger symmetry exists."""
-    wide = np.geomspace(span[0], span[-1], 200)
-    height = line.alpha * wide**line.beta
-    possible = height <= 1.0
-    axes.plot(wide[possible], height[possible], **{"zorder": 3, **look})
-
-
-def formula(line: Line) -> str:
-    """Write a separating line as α (Ca Ã z̃)^β, in matplotlib's TeX.
-
-    Examples
-    --------
-    >>> formula(PAPER_SIMULATION_LINE).startswith("0.089 (Ca")
-    True
-    """
-    return rf"{line.alpha:.3f} (Ca $\tilde{{A}}\tilde{{z}}$)$^{{{line.beta:.2f}}}$"
-
-
-def logarithmic_axes(
-    axes: Axes, span: NDArray[np.float64], heights: tuple[float, float] | None = None
-) -> None:
-    """Scale both axes logarithmically, x over a span, with ticks written as plain numbers.
-
-    The y axis is one of symmetries, from the lower to the upper of `heights`.
-    """
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlim(span[0], span[-1])
-    close = [0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0]
-    if heights is not None:
-        axes.set_ylim(*heights)
-    wide = heights is not None and heights[0] < 0.1
-    for axis, ticks in (
-        (axes.xaxis, _plain_ticks(span[0], span[-1])),
-        (axes.yaxis, _plain_ticks(heights[0], 1.0) if wide and heights else close),
-    ):
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
-
-
-def _plain_ticks(low: float, high: float) -> list[float]:
-    """Return 1, 2 and 5 of each decade, or 1 alone where those are many."""
-    decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    steps = (1, 2, 5) if math.log10(high / low) < 2.5 else (1,)
-    ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]
-    return [tick for tick in ticks if low <= tick <= high]
-
-
-def _one_panel(height: float) -> Axes:
-    figure = style.new_figure(style.ONE_COLUMN, height)
-    return figure.subplots()
 
 
 def _legend_below(axes: Axes, **look: Any) -> None:
@@ -369,7 +260,7 @@ def _control_parameter(table: pd.DataFrame) -> NDArray[np.float64]:
 
 
 def _lowest_symmetry(points: Points) -> float:
-    """Return where the axis begins: well below whatever broke, and below the paper's lines."""
+    """Return where the axis begins: well below every S that broke, and below the paper's lines."""
     broke = points.symmetry[points.broke]
     broke = broke[broke > 0]
     ends = [line.alpha * points.forcing.max() ** line.beta for line, *_ in PAPER_LINES]
@@ -419,7 +310,7 @@ def _scaled_parameter(fit: LawFit) -> str:
 
 def _say_what_is_missing(axes: Axes, table: pd.DataFrame, fit: LawFit) -> None:
     below = int((table["symmetry"] < _GRAZING).sum())
-    said = f"{below:,} more below $S$ = {_GRAZING}" if below else ""
-    axes.text(0.03, 0.03, said, transform=axes.transAxes, fontsize=6.5)
+    text = f"{below:,} more below $S$ = {_GRAZING}" if below else ""
+    axes.text(0.03, 0.03, text, transform=axes.transAxes, fontsize=6.5)
     if fit.synthetic:
         style.mark_synthetic(axes, x=0.03, y=0.1)

@@ -27,7 +27,7 @@ _FOOT_UM = 110.0  # below that, where the scale bar stands
 def collision_pairs(
     collisions: Sequence[Collision], axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
-    """Draw two images of each collision, v Δt = 400 µm apart, about the middle of it.
+    """Draw two images of each collision, v Δt = 400 µm apart, around its middle.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _window(collisions: Sequence[Collision], shown: Sequence[tuple[int, int]]) -
     corners = []
     for collision, frames in zip(collisions, shown, strict=True):
         outlines, scale = _filmed(collision)
-        vertices = [each.vertices for frame in frames for each in outlines[frame]]
+        vertices = [outline.vertices for frame in frames for outline in outlines[frame]]
         corners.append(np.concatenate(vertices) * scale.diameter_um)
         corners.append(np.outer([-1, 1], [1, 1]) * scale.obstacle_radius_um)
     points = np.concatenate(corners)

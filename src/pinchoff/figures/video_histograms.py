@@ -22,7 +22,7 @@ _BINS = 20
 class _Quantity(NamedTuple):
     label: str
     values: NDArray[np.float64]
-    limits: tuple[float, float] | None = None  # where they are known beforehand
+    limits: tuple[float, float] | None = None  # where they are fixed in advance
 
 
 def _quantities(table: pd.DataFrame) -> list[_Quantity]:
@@ -75,6 +75,17 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
         named = panels[0].get_legend_handles_labels()
         figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars
     return panels
+
+
+def diameters(areas_um2: NDArray[np.float64]) -> Axes:
+    """Draw a histogram of the diameters of circles with some areas, shape (n,), in µm²."""
+    with style.journal_style():
+        figure = style.new_figure(style.ONE_COLUMN, 2.0)
+        panel = figure.subplots()
+        panel.hist(np.sqrt(4.0 * areas_um2 / math.pi), _BINS, color=palette.UNBROKEN)
+        panel.set(xlabel="$D$ (µm)", ylabel="droplets")
+        panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    return panel
 
 
 def timeline(table: pd.DataFrame) -> Axes:

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
+from pinchoff.fits.fitted_law import LawFit
 from pinchoff.fits.intervals import BOOTSTRAP, DELTA, PROFILE, require_parts
 from pinchoff.fits.law_comparison import compare_laws
-from pinchoff.fits.law_fit import LawFit, fit_law
+from pinchoff.fits.law_fit import fit_law
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
 from pinchoff.support.progress import Show

@@ -10,7 +10,7 @@ import numpy as np
 from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.parameters import PARAMETERS, Parameters
-from pinchoff.model.results import run_columns
+from pinchoff.model.run_table import run_columns
 from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:

@@ -7,13 +7,15 @@ import math
 import os
 import struct
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from itertools import pairwise
 from pathlib import Path
-from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+
+from pinchoff.support.files import HoldsFiles
 
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
@@ -37,7 +39,7 @@ class Outline(NamedTuple):
 OutlineLike = Outline | tuple[int, int, npt.ArrayLike, npt.ArrayLike]
 
 
-class OutlineWriter:
+class OutlineWriter(HoldsFiles):
     """Append outlines to a GSD file, frame by frame.
 
     Every frame is flushed unless told otherwise: a file whose writer was killed holds all frames
@@ -86,21 +88,12 @@ class OutlineWriter:
             if empty.is_file() and empty.stat().st_size == 0:
                 empty.unlink()  # the library had made it, but could not write to it
             raise
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
+        self._files = ExitStack()
+        self._files.callback(self._file.close)
 
     def close(self) -> None:
         """Close the file."""
-        self._file.close()
+        self._files.close()
 
     def append(self, time: float, outlines: Iterable[OutlineLike]) -> None:
         """Add one frame and flush it to the disk.

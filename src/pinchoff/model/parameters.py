@@ -35,7 +35,7 @@ from pinchoff.support.quantities import (
 if TYPE_CHECKING:
     import os
 
-    from pinchoff.support.quantities import Physical
+    from pinchoff.support.units import Physical
 
 __all__ = [
     "CA_PER_CA_SIM",

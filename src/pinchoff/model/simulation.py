@@ -20,7 +20,8 @@ from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
 from pinchoff.model.guards import warn_of_failures
 from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
-from pinchoff.model.results import Collision, collision_of, first_meeting
+from pinchoff.model.results import Collision, collision_of
+from pinchoff.model.run_table import first_meeting
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress

@@ -13,7 +13,7 @@ from pinchoff.support import paper_constants as the_paper
 from pinchoff.support.errors import InputError
 from pinchoff.video.batch import measure_videos
 from pinchoff.video.comparison import Comparison, compare_collision
-from pinchoff.video.encounters import Laboratory
+from pinchoff.video.encounters import PAPER_LABORATORY
 from pinchoff.video.microscope import Microscope, film, lane_scene, passage_of
 from pinchoff.video.settings import VideoSettings
 
@@ -53,25 +53,19 @@ def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
         Seed of the camera's noise.
     """
     wanted = DROPLETS[figure]
-    laboratory = Laboratory(
-        obstacle_radius_um=the_paper.OBSTACLE_RADIUS_UM,
-        thickness_um=the_paper.THICKNESS_UM,
-        viscosity_mPa_s=the_paper.VISCOSITY_MPA_S,
-        surface_tension_mN_m=the_paper.SURFACE_TENSION_MN_M,
-    )
     microscope = Microscope(seed=seed, pixel_size_um=wanted.pixel_size_um)
     clip = folder / f"film_{figure}.mp4"
     if not clip.exists():
         diameter = wanted.size_ratio * the_paper.OBSTACLE_RADIUS_UM
         parameters = droplet(diameter, wanted.speed_mm_s, wanted.offset * diameter)
-        passage = passage_of(parameters, microscope, laboratory)
+        passage = passage_of(parameters, microscope, PAPER_LABORATORY)
         scene, frame_count = lane_scene([passage], microscope, lanes=1, seed=seed)
-        film(scene, clip, frame_count, microscope=microscope, laboratory=laboratory)
+        film(scene, clip, frame_count, microscope=microscope, laboratory=PAPER_LABORATORY)
     settings = VideoSettings(
         pixel_size_um=wanted.pixel_size_um,
         minimum_diameter_um=_SMALLEST_UM,
         method="rings",  # as the microscope draws droplets
-        laboratory=laboratory,
+        laboratory=PAPER_LABORATORY,
     )
     result = measure_videos([clip], folder / f"film_{figure}", settings, overlay=False)
     accepted = result.collisions[result.collisions["accepted"].astype(bool)]

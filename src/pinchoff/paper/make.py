@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import shutil
 import time
@@ -22,9 +21,9 @@ from pinchoff.paper.study import Study
 from pinchoff.paper.verdicts import Number
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_csv
 from pinchoff.support.locks import held_folder
-from pinchoff.support.records import Shape, read_record
+from pinchoff.support.records import Shape, read_record, write_json
 
 if TYPE_CHECKING:
     from pinchoff.collisions.importing import ImportedCollisions
@@ -144,8 +143,7 @@ def reproduce(
     settings = _settings(seed, quick, experiment)
     with held_folder(folder):
         _require_same(folder, settings)
-        with written_aside(folder / SETTINGS) as unfinished:
-            unfinished.write_text(_json(settings), encoding="utf-8")
+        write_json(folder / SETTINGS, settings)
         study = Study(seed, quick, experiment, folder)
         left_out: dict[str, str] = {}
         figures: list[MadeFigure] = []
@@ -259,8 +257,7 @@ def _figure(figure: PaperFigure, study: Study, folder: Path) -> MadeFigure:
             "how": how,
             "seconds": round(time.perf_counter() - started, 2),
         }
-        with written_aside(record) as unfinished:
-            unfinished.write_text(_json(made), encoding="utf-8")
+        write_json(record, made)
     return MadeFigure(figure, png, pdf, made["how"], made["seconds"])
 
 
@@ -272,17 +269,11 @@ def _numbers(study: Study, folder: Path) -> tuple[list[Number], float]:
     if made is None:
         started = time.perf_counter()
         found = [number.to_dict() for number in numbers(study)]
-        with written_aside(folder / f"{NUMBERS}.csv") as unfinished:
-            pd.DataFrame(found).to_csv(unfinished, index=False)
+        write_csv(folder / f"{NUMBERS}.csv", pd.DataFrame(found))
         made = {"numbers": found, "seconds": round(time.perf_counter() - started, 2)}
-        with written_aside(record) as unfinished:
-            unfinished.write_text(_json(made), encoding="utf-8")
+        write_json(record, made)
     return [Number(**_known(number)) for number in made["numbers"]], made["seconds"]
 
 
 def _known(values: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in values.items() if value is not None}
-
-
-def _json(value: object) -> str:
-    return json.dumps(value, indent=2, ensure_ascii=False, allow_nan=False) + "\n"

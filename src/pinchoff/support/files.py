@@ -17,9 +17,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from pinchoff.support.errors import InputError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 if sys.platform != "win32":
     import fcntl
@@ -99,6 +102,18 @@ def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
         unfinished.unlink(missing_ok=True)
         if descriptor is not None:
             os.close(descriptor)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text in UTF-8, complete or not at all."""
+    with written_aside(path) as unfinished:
+        unfinished.write_text(text, encoding="utf-8")
+
+
+def write_csv(path: Path, table: pd.DataFrame, **form: Any) -> None:
+    """Write a table without its index, complete or not at all; `form` is as `to_csv` takes it."""
+    with written_aside(path) as unfinished:
+        table.to_csv(unfinished, index=False, **form)
 
 
 def hidden_name(seed: str, ending: str) -> str:

@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import math
-import re
 import warnings
 from collections.abc import Container, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pinchoff.support.checked import Checked, Number, explained, unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.paper_constants import (
-    CA_PER_CA_SIM,
-    MEDIAN_DIAMETER_UM,
-    OBSTACLE_RADIUS_UM,
-)
+from pinchoff.support.paper_constants import CA_PER_CA_SIM, MEDIAN_DIAMETER_UM, OBSTACLE_RADIUS_UM
+from pinchoff.support.units import QuantityKind, magnitude_in, wrong_quantity
 
 if TYPE_CHECKING:
-    import pint
-
-    Physical = str | pint.Quantity[Any]
+    from pinchoff.support.units import Physical
 
 THICKNESS_TOLERANCE = 0.01
 """How far z/R may be off 1, the thickness of the two-dimensional model, without a warning."""
@@ -171,34 +164,16 @@ def ca_per_ca_sim(
     return constant * (MEDIAN_DIAMETER_UM / diameter_um) ** 2
 
 
-class _Quantity(NamedTuple):
-    """How a physical argument is read: its field in the scale, its unit and its kind."""
-
-    field: str
-    unit: str
-    kind: str
-    example: str
-
-
 _SCALE_QUANTITIES = {
-    "diameter": _Quantity("diameter_um", "um", "length", "481 um"),
-    "obstacle_radius": _Quantity("obstacle_radius_um", "um", "length", "85 um"),
-    "speed": _Quantity("speed_mm_s", "mm/s", "speed", "1.0 mm/s"),
-    "viscosity": _Quantity("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
-    "surface_tension": _Quantity("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
-    "thickness": _Quantity("thickness_um", "um", "length", "85 um"),
+    "diameter": QuantityKind("diameter_um", "um", "length", "481 um"),
+    "obstacle_radius": QuantityKind("obstacle_radius_um", "um", "length", "85 um"),
+    "speed": QuantityKind("speed_mm_s", "mm/s", "speed", "1.0 mm/s"),
+    "viscosity": QuantityKind("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
+    "surface_tension": QuantityKind("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
+    "thickness": QuantityKind("thickness_um", "um", "length", "85 um"),
 }
-_OFFSET = _Quantity("offset_um", "um", "length", "20 um")
+_OFFSET = QuantityKind("offset_um", "um", "length", "20 um")
 
-KINDS = {
-    "um": ("length", "85 um"),
-    "um^2": ("area", "0.18 mm^2"),
-    "mm/s": ("speed", "1.0 mm/s"),
-    "mPa*s": ("dynamic viscosity", "48 mPa s"),
-    "mN/m": ("surface tension", "20 mN/m"),
-    "s": ("time", "0.5 s"),
-}
-"""What is measured in each of our units, and an example of it."""
 
 PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
 """The physical arguments; all but the offset are required."""
@@ -208,17 +183,6 @@ GROUP_ORIGINS = {
     "simulation_capillary_number": "viscosity * speed / surface_tension",
 }
 """What the groups follow from."""
-
-# pint would evaluate its input, even 9**9**9. So a power of a unit is one digit.
-_LETTERS = r"[^\W\d_⁰¹²³⁴⁵⁶⁷⁸⁹]+"
-_FACTOR = rf"{_LETTERS}(?:\^-?[1-9]|⁻?[¹²³⁴])?"
-_DECIMAL_COMMA = re.compile(r"^\s*[+-]?\d+,\d+")
-_QUANTITY = re.compile(
-    r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
-    rf"(?P<unit>{_FACTOR}(?:(?:(?!\*\*)[\s*/·()])+{_FACTOR})*[\s)]*)"
-)
-
-_POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 
 
 def physical_groups(
@@ -281,11 +245,11 @@ def physical_magnitude(name: str, value: Physical | None) -> float:
         As `physical_groups`.
     """
     if name == "offset":
-        return _magnitude(name, value, _OFFSET)
+        return magnitude_in(name, value, _OFFSET)
     quantity = _SCALE_QUANTITIES[name]
-    magnitude = _magnitude(name, value, quantity)
+    magnitude = magnitude_in(name, value, quantity)
     if not magnitude > 0:
-        raise _wrong(name, value, quantity, "a positive")
+        raise wrong_quantity(name, value, quantity, "a positive")
     return magnitude
 
 
@@ -308,64 +272,6 @@ def groups_of_scale(scale: PhysicalScale, offset_um: float | None) -> dict[str, 
     }
 
 
-def magnitude_of(name: str, value: Physical, unit: str) -> float:
-    """Read a quantity and return its number in one of `KINDS`' units.
-
-    Raises
-    ------
-    InputError
-        It has no unit or the wrong one, or is not finite.
-
-    Examples
-    --------
-    >>> magnitude_of("width", "0.2 mm", "um")
-    200.0
-    """
-    return _magnitude(name, value, _Quantity(name, unit, *KINDS[unit]))
-
-
-def positive_magnitude_of(name: str, value: Physical, unit: str) -> float:
-    """Read a quantity as `magnitude_of` does, and refuse one that is not positive."""
-    magnitude = magnitude_of(name, value, unit)
-    if not magnitude > 0:
-        raise _wrong(name, value, _Quantity(name, unit, *KINDS[unit]), "a positive")
-    return magnitude
-
-
-def unit_factor(name: str, text: str, unit: str) -> float:
-    """Return how many of one of `KINDS`' units a unit, such as "mm^2", is.
-
-    Raises
-    ------
-    InputError
-        It is no unit, or one of something else.
-
-    Examples
-    --------
-    >>> unit_factor("speed", "m/s", "mm/s")
-    1000.0
-    """
-    kind, example = KINDS[unit]
-    try:
-        return _magnitude(name, f"1 {text}", _Quantity(name, unit, kind, example))
-    except InputError:
-        advice = f"write it like {example.partition(' ')[2]}"
-        raise InputError.of(name, f"a unit of {kind}", f"'{text}'", advice) from None
-
-
-def is_unit(text: str) -> bool:
-    """Return whether a short text is one of the units that `unit_factor` takes."""
-    if not 0 < len(text) <= 16 or text[0].isdigit():
-        return False
-    for unit in KINDS:
-        try:
-            unit_factor("unit", text, unit)
-        except InputError:
-            continue
-        return True
-    return False
-
-
 def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
     """Refuse dimensionless numbers that follow from physical quantities given beside them.
 
@@ -384,40 +290,6 @@ def refuse_physical_groups(constants: Mapping[str, Any]) -> None:
             )
 
 
-def _magnitude(name: str, value: object, quantity: _Quantity) -> float:
-    """Read one quantity and return its number in `quantity.unit`."""
-    import pint  # not needed for dimensionless work, and slow to import
-
-    if isinstance(value, pint.Quantity):
-        parsed = value
-    elif isinstance(value, str):
-        try:
-            parsed = _parsed(value)
-        except Exception:  # pint raises many kinds of errors, from TokenError to ZeroDivisionError
-            raise _wrong(name, value, quantity) from None
-    else:
-        raise _wrong(name, "nothing" if value is None else value, quantity)
-    try:
-        magnitude = float(parsed.m_as(quantity.unit))
-    except (pint.PintError, TypeError, ValueError, OverflowError):
-        raise _wrong(name, value, quantity) from None
-    if not math.isfinite(magnitude):
-        raise _wrong(name, value, quantity, "a finite")
-    return magnitude
-
-
-def _parsed(text: str) -> pint.Quantity[Any]:
-    """Read "<number> <unit>", and nothing that would have to be calculated."""
-    import pint
-
-    match = _QUANTITY.fullmatch(_POINT.sub("*", text))
-    if match is None:
-        raise ValueError
-    quantity: pint.Quantity[Any]
-    quantity = pint.application_registry.Quantity(float(match["number"]), match["unit"])
-    return quantity
-
-
 def blaming_quantities(error: InputError) -> InputError:
     """Return an error about a group as one about the quantities that it follows from."""
     if error.argument not in GROUP_ORIGINS:
@@ -428,15 +300,6 @@ def blaming_quantities(error: InputError) -> InputError:
         error.got,
         "check their units, as in um, mm/s, mPa s and mN/m",
     )
-
-
-def _wrong(name: str, value: object, quantity: _Quantity, adjective: str = "a") -> InputError:
-    got = value if isinstance(value, str) else str(value)
-    rule = f"{adjective} {quantity.kind} with its unit"
-    advice = f"write it like '{quantity.example}'"
-    if _DECIMAL_COMMA.search(got):
-        advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
-    return InputError.of(name, rule, f"'{got}'", advice)
 
 
 def warn_of_thickness(scale: PhysicalScale) -> None:

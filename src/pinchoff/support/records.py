@@ -1,15 +1,18 @@
-"""JSON that the package wrote, read back: of the right shape, or refused in one line."""
+"""Our own JSON: written strictly, and read back of the right shape, or refused in one line."""
 
 from __future__ import annotations
 
 import json
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import bounded_bytes
+from pinchoff.support.files import bounded_bytes, write_text
 
 _LARGEST = 200_000_000  # bytes
 
@@ -21,6 +24,39 @@ class Shape(BaseModel):
     """
 
     model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return JSON in the strict sense: no NaN.
+
+    Examples
+    --------
+    >>> json_text({"S": 0.5}).split()
+    ['{', '"S":', '0.5', '}']
+    """
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def jsonable(value: Any) -> Any:
+    """Return a value as JSON can hold it, with None where it is not a finite number.
+
+    Examples
+    --------
+    >>> jsonable({"w": float("nan"), "n": (1, 2.5)})
+    {'w': None, 'n': [1, 2.5]}
+    """
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(name): jsonable(content) for name, content in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [jsonable(content) for content in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON, complete or not at all."""
+    write_text(path, json_text(content))
 
 
 def read_record(path: Path, shape: type[Shape], rule: str, advice: str) -> dict[str, Any]:

@@ -92,11 +92,11 @@ def sample(frames: Iterable[Frame]) -> Sample:
             kept.append(frame)
             if len(kept) == 2 * SAMPLE_SIZE:
                 kept, stride = kept[::2], 2 * stride
-                firsts = {each.number for each in kept[::_PAIRED]}
+                firsts = {first.number for first in kept[::_PAIRED]}
                 following = {n: after for n, after in following.items() if n in firsts}
         last = frame
         count += 1
-    pairs = [(each, following[each.number]) for each in kept if each.number in following]
+    pairs = [(frame, following[frame.number]) for frame in kept if frame.number in following]
     return Sample(kept, pairs, count)
 
 

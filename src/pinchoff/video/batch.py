@@ -139,9 +139,9 @@ def measure_videos(
     sources = clip_sources(clips)
     folder = Path(out)
     processes = thread_count(processes)
-    each = max(1, processes // len(sources))
+    for_each = max(1, processes // len(sources))
     jobs = [
-        Job(source, folder / CLIPS / name, name, settings, overlay, each, segment)
+        Job(source, folder / CLIPS / name, name, settings, overlay, for_each, segment)
         for name, source in sources.items()
     ]
     total = _frame_count(jobs) if progress else None
@@ -153,7 +153,7 @@ def measure_videos(
                 for outcome in done:
                     outcomes[outcome.name] = outcome
         ordered = [outcomes[name] for name in sources]
-        table = _joined([each for each in ordered if not each.error], folder)
+        table = _joined([clip for clip in ordered if not clip.error], folder)
     return VideoResult(folder, ordered, table)
 
 

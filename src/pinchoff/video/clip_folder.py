@@ -19,8 +19,8 @@ from pinchoff.collisions.parquet import TableWriter
 from pinchoff.collisions.schema import Column, count_column, measure_column
 from pinchoff.model.gsd import OutlineWriter
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import HoldsFiles, read_toml, written_aside
-from pinchoff.support.records import Shape, read_record
+from pinchoff.support.files import HoldsFiles, read_toml, write_text, written_aside
+from pinchoff.support.records import Shape, read_record, write_json
 from pinchoff.video.clips import Measured
 from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
@@ -131,8 +131,14 @@ class ClipRecorder(HoldsFiles):
     def append(self, seen: Measured) -> None:
         """Write one frame."""
         px, frame = self._px, seen.frame
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            place = (each.x * px, each.y * px, each.area * px**2, each.cut, each.group >= 0)
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            place = (
+                droplet.x * px,
+                droplet.y * px,
+                droplet.area * px**2,
+                droplet.cut,
+                droplet.group >= 0,
+            )
             self._tracks.append((self._clip, frame.number, frame.time_s, track, *place))
         for event in seen.events:
             ends = (list(event.parents), list(event.children))
@@ -173,8 +179,8 @@ class _OutlineFile(HoldsFiles):
             return
         self._empty = False
         outlines = []
-        for each, track in zip(seen.droplets, seen.tracks, strict=True):
-            vertices = _thinned(each.outline) * px
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            vertices = _thinned(droplet.outline) * px
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._writer.append(seen.frame.time_s, outlines)
 
@@ -198,8 +204,7 @@ def write_obstacles(folder: Path, obstacles: Floats) -> None:
     # Nobody has corrected the earlier ones; left beside those of now they would seem to be.
     (folder / OBSTACLES).unlink(missing_ok=True)
     for name in (OBSTACLES_AS_FOUND, OBSTACLES):
-        with written_aside(folder / name) as unfinished:
-            unfinished.write_text("\n".join(lines), encoding="utf-8")
+        write_text(folder / name, "\n".join(lines))
 
 
 def read_obstacles(path: Path) -> tuple[tuple[float, float, float], ...]:
@@ -227,8 +232,8 @@ def fingerprint(source: Path, settings: VideoSettings) -> str:
     from pinchoff import __version__
 
     stamps = file_stamps(source)
-    said = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
-    return hashlib.sha256(said.encode("utf-8", "backslashreplace")).hexdigest()
+    text = json.dumps([__version__, settings.model_dump(mode="json"), stamps], sort_keys=True)
+    return hashlib.sha256(text.encode("utf-8", "backslashreplace")).hexdigest()
 
 
 def file_stamps(source: Path) -> list[tuple[str, int, int]]:
@@ -291,7 +296,4 @@ def read_result(folder: Path) -> dict[str, Any]:
 def write_result(folder: Path, result: dict[str, Any]) -> None:
     """Write `RESULT`, the last of a clip's files: it says that the others are whole."""
     checksums = {name: checksum_of(folder / name) for name in TABLES}
-    with written_aside(folder / RESULT) as unfinished:
-        content = {**result, "checksums": checksums}
-        text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False)
-        unfinished.write_text(text + "\n", encoding="utf-8")
+    write_json(folder / RESULT, {**result, "checksums": checksums})

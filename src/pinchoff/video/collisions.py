@@ -66,17 +66,17 @@ class _Meeting:
     def settle(self, contact: int, before: float) -> float:
         """Count the frames from the contact on and before another one; return the last neck."""
         last = math.nan
-        for each in self.looks:
-            if each.frame < before:
-                self._settle(each, contact)
-                last = each.neck
+        for look in self.looks:
+            if look.frame < before:
+                self._settle(look, contact)
+                last = look.neck
         self.looks.clear()
         return last
 
-    def _settle(self, each: _Look, contact: int) -> None:
-        if each.frame >= contact:
-            self.neck = float(np.fmin(self.neck, each.neck))
-            self.shape = max(self.shape, each.shape)
+    def _settle(self, look: _Look, contact: int) -> None:
+        if look.frame >= contact:
+            self.neck = float(np.fmin(self.neck, look.neck))
+            self.shape = max(self.shape, look.shape)
 
     def rejected(self, reason: str, frame: float = math.inf) -> None:
         self.reasons[reason] = max(frame, self.reasons.get(reason, 0.0))
@@ -190,7 +190,7 @@ class CollisionFinder:
                 daughters = [self._tracks.pop(parent) for parent in event.parents]
                 self._tracks[event.children[0]] = parting.mother
                 self._partings.remove(parting)
-                return [self._lost(each, event) for d in daughters for each in d.meetings]
+                return [self._lost(meeting, event) for d in daughters for meeting in d.meetings]
         over = []
         children = [by_track[number] for number in event.children]
         for parent in event.parents:
@@ -263,7 +263,9 @@ class CollisionFinder:
                     approach.add(frame, follower.places[-1], droplet.outline, gap)
             if meeting is not None:
                 self._go_on(meeting, frame, follower.places[-1], droplet, gap)
-        follower.near = {k: each for k, each in approaches.items() if k not in follower.passed}
+        follower.near = {
+            k: approach for k, approach in approaches.items() if k not in follower.passed
+        }
         # What is still among the open ones has left its obstacle behind.
         for meeting in open_ones.values():
             follower.meetings.remove(meeting)
@@ -304,7 +306,7 @@ class CollisionFinder:
         last_neck = meeting.settle(contact.frame, before)
         if contact.seen < FEWEST_FRAMES:
             meeting.rejected(NO_APPROACH)
-        reasons = [each for each, last in meeting.reasons.items() if last >= contact.frame]
+        reasons = [reason for reason, last in meeting.reasons.items() if last >= contact.frame]
         x, y, radius = (self._obstacles[meeting.obstacle] * px).tolist()
         return Encounter(
             obstacle=(x, y, radius),

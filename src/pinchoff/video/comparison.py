@@ -188,7 +188,7 @@ def compare_collision(
         raise InputError.of("collision_id", rule, got, "choose another")
 
     def centres(outlines: list[Floats]) -> Floats:
-        return along_flow(np.array([_core.centroid(each) for each in outlines]), row)
+        return along_flow(np.array([_core.centroid(outline) for outline in outlines]), row)
 
     return Comparison(
         row=row,
@@ -200,8 +200,8 @@ def compare_collision(
         frames=np.array([frame for frame, _, _ in seen[: len(filmed)]]),
         filmed=centres(filmed),
         simulated=centres(simulated),
-        filmed_shape=np.array([_core.shape_parameter(each) for each in filmed]),
-        simulated_shape=np.array([_core.shape_parameter(each) for each in simulated]),
+        filmed_shape=np.array([_core.shape_parameter(outline) for outline in filmed]),
+        simulated_shape=np.array([_core.shape_parameter(outline) for outline in simulated]),
     )
 
 
@@ -217,7 +217,7 @@ def _unchanged_settings(folder: Path, result: dict[str, Any]) -> VideoSettings:
     advice = "put it back, or measure it again with pinchoff video"
     if not source.exists():
         raise InputError.of(str(source), "the clip that was measured", "nothing there", advice)
-    if clip_folder.file_stamps(source) != [tuple(each) for each in result["files"]]:
+    if clip_folder.file_stamps(source) != [tuple(stamp) for stamp in result["files"]]:
         got = "one that has changed since"
         raise InputError.of(str(source), "the clip that was measured", got, advice)
     return settings
@@ -300,8 +300,8 @@ def _at_distance(row: dict[str, Any], seen: _Seen, settings: VideoSettings) -> d
         contact_time_s=contact.time_s,
         outcome=str(row["outcome"]),
     )
-    there = encounter.row(settings.laboratory)
-    return {**row, **{name: there[name] for name in _TOLD_THERE}}
+    measured = encounter.row(settings.laboratory)
+    return {**row, **{name: measured[name] for name in _TOLD_THERE}}
 
 
 def _distance_um(settings: VideoSettings) -> float:

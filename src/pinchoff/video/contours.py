@@ -33,7 +33,7 @@ def _sweeps() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         for out in range(8):
             turn = (out - into - 4) % 8 or 8
             swept = [(into + 4 + k) % 8 for k in range(1, turn)]
-            sides = [each for each in swept if each % 2 == 0]
+            sides = [direction for direction in swept if direction % 2 == 0]
             counts[into, out] = len(sides)
             directions[into, out, : len(sides)] = sides
     return counts, directions
@@ -93,9 +93,9 @@ def _crossing(
     height, width = excess.shape
     beyond_x = np.clip(x + _STEP_X[side], 0, width - 1)
     beyond_y = np.clip(y + _STEP_Y[side], 0, height - 1)
-    here = excess[y, x].astype(np.float64)
-    there = excess[beyond_y, beyond_x].astype(np.float64)
-    crosses = (here > 0) & (there <= 0)
+    inside = excess[y, x].astype(np.float64)
+    outside = excess[beyond_y, beyond_x].astype(np.float64)
+    crosses = (inside > 0) & (outside <= 0)
     share = np.full(len(x), 0.5)
-    np.divide(here, here - there, out=share, where=crosses)
+    np.divide(inside, inside - outside, out=share, where=crosses)
     return share

@@ -26,8 +26,8 @@ from pinchoff.collisions.schema import (
     measure_column,
     measured_table,
 )
+from pinchoff.support import paper_constants as paper
 from pinchoff.support.checked import Checked, Number, explained
-from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,6 +108,15 @@ class Laboratory(Checked):
         """Return a value by its name, NaN where it is unknown."""
         value = getattr(self, name)
         return math.nan if value is None else float(value)
+
+
+PAPER_LABORATORY = Laboratory(
+    obstacle_radius_um=paper.OBSTACLE_RADIUS_UM,
+    thickness_um=paper.THICKNESS_UM,
+    viscosity_mPa_s=paper.VISCOSITY_MPA_S,
+    surface_tension_mN_m=paper.SURFACE_TENSION_MN_M,
+)
+"""That of the paper's experiment."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -269,7 +278,7 @@ def write_encounters(table: pd.DataFrame, path: str | os.PathLike[str]) -> None:
 
 def thinnest_neck(outline: Floats) -> tuple[float, int, int]:
     """Return the neck's thickness and the vertices it joins; infinite where there is none."""
-    return _core.neck(outline, NECK_SEPARATION, False, 1.0)
+    return _core.neck(outline, paper.NECK_SEPARATION, False, 1.0)
 
 
 def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
@@ -280,12 +289,8 @@ def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
     outline : ndarray, shape (n, 2)
     circle : (x, y, radius)
     """
-    start = outline - (circle[0], circle[1])
-    edge = np.roll(start, -1, axis=0) - start
-    squared = np.einsum("ij,ij->i", edge, edge)
-    along = -np.einsum("ij,ij->i", start, edge) / np.where(squared > 0.0, squared, 1.0)
-    nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
-    return float(np.sqrt(np.einsum("ij,ij->i", nearest, nearest).min()) - circle[2])
+    x, y, radius = (float(value) for value in circle)
+    return float(_core.distance(outline, (x, y))) - radius
 
 
 def along_flow(points: Floats, row: Mapping[str, Any]) -> Floats:

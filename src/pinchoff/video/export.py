@@ -17,7 +17,7 @@ import pandas as pd
 
 from pinchoff.model.outlines import Outlines
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_csv, written_aside
 from pinchoff.support.locks import held_folder
 from pinchoff.video import clip_folder
 from pinchoff.video.batch import CLIPS
@@ -43,7 +43,7 @@ def measured_clips(folder: str | os.PathLike[str]) -> list[Path]:
     given = Path(folder)
     inside = given / CLIPS
     several = sorted(inside.iterdir()) if inside.is_dir() else []
-    found = [each for each in [given, *several] if (each / clip_folder.RESULT).is_file()]
+    found = [place for place in [given, *several] if (place / clip_folder.RESULT).is_file()]
     if not found:
         advice = "give DIR, or DIR/clips/NAME, as pinchoff video wrote it"
         raise InputError.of(str(given), "the folder of a measured clip", "none", advice)
@@ -109,8 +109,7 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
             (trackpy, trackpy_table(tracks, settings.pixel_um)),
             (trackmate, trackmate_table(tracks)),
         ):
-            with written_aside(path) as unfinished:
-                table.to_csv(unfinished, index=False, float_format=_DIGITS)
+            write_csv(path, table, float_format=_DIGITS)
     return [rois, trackpy, trackmate]
 
 

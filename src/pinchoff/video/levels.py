@@ -64,7 +64,9 @@ class Calibrated(NamedTuple):
         }
 
 
-def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
+def calibrate(
+    frames: Sequence[Frame], settings: VideoSettings, background: Background | None = None
+) -> Calibrated:
     """Learn the background and the thresholds of a clip from a sample of its frames.
 
     Parameters
@@ -72,8 +74,10 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
     frames : sequence of Frame
     settings : VideoSettings
         What they say is taken as it is.
+    background : Background, optional
+        Median of the frames, where it is known.
     """
-    background = median_background(frames)
+    background = background or median_background(frames)
     levels = Levels(
         ring=settings.ring_darkness or _ring(frames, background),
         edge=settings.edge_level or _FIRST_EDGE,
@@ -91,7 +95,8 @@ def calibrate(frames: Sequence[Frame], settings: VideoSettings) -> Calibrated:
         found = [segmenter.droplets(frame) for frame in some]
         if len(some) > 2:
             masks = [
-                _near([each.outline for each in here], background.luma.shape) for here in found
+                _near([droplet.outline for droplet in droplets], background.luma.shape)
+                for droplets in found
             ]
             background = masked_background(some, masks, background)
         levels = _at_ring(levels, some, found, background, settings)
@@ -201,7 +206,7 @@ def _tint(background: Background, plane: int) -> float:
 def _clicked(frames: Sequence[Frame], background: Background, settings: VideoSettings) -> Floats:
     seen = []
     for number, x, y in settings.clicks:
-        frame = min(frames, key=lambda each: abs(each.number - number))
+        frame = min(frames, key=lambda frame: abs(frame.number - number))
         mask = np.zeros(frame.luma.shape, dtype=np.uint8)
         cv2.circle(mask, (round(x), round(y)), 2, 255, cv2.FILLED)
         if not mask.any():
@@ -256,10 +261,15 @@ def _examples(found: Sequence[Sequence[Droplet]], reach: float) -> list[list[Flo
     They are whole, touch no other and, if there are such, are large enough that a profile does not
     reach their other side.
     """
-    whole = [[each for each in here if not each.cut and each.group < 0] for here in found]
+    whole = [
+        [droplet for droplet in droplets if not droplet.cut and droplet.group < 0]
+        for droplets in found
+    ]
     least = np.pi * reach**2
-    large = [[each for each in here if each.area >= least] for here in whole]
-    return [[each.outline for each in here] for here in (large if any(large) else whole)]
+    large = [[droplet for droplet in droplets if droplet.area >= least] for droplets in whole]
+    return [
+        [droplet.outline for droplet in droplets] for droplets in (large if any(large) else whole)
+    ]
 
 
 def _curvature(outlines: Sequence[Floats]) -> float:

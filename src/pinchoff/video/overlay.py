@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections import defaultdict, deque
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.support import palette
+from pinchoff.support.files import HoldsFiles
 from pinchoff.video.clips import Measured
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.reading import Frame
@@ -83,7 +84,7 @@ class _Mark(NamedTuple):
     colour: Colour
 
 
-class OverlayWriter:
+class OverlayWriter(HoldsFiles):
     """Write the frames with outlines, track numbers, contacts, necks and break-ups drawn in.
 
     Below the picture stand the frame's number, its time and what the colours mean. Drawing and
@@ -106,6 +107,9 @@ class OverlayWriter:
         self._legend: Pixels = np.empty((0, 0, 3), dtype=np.uint8)
         self._thread = ThreadPoolExecutor(1)
         self._waiting: deque[Future[None]] = deque()
+        self._files = ExitStack()
+        self._files.push(self._close)
+        self._files.push(self._draw_the_rest)
 
     def append(self, seen: Measured) -> None:
         """Draw and write one frame."""
@@ -113,33 +117,14 @@ class OverlayWriter:
         while len(self._waiting) > _AHEAD:
             self._waiting.popleft().result()
 
-    def __enter__(self) -> Self:
-        return self
+    def _draw_the_rest(self, kind: type[BaseException] | None, *_: object) -> None:
+        while kind is None and self._waiting:
+            self._waiting.popleft().result()
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        """Finish the clip, or remove it where it is not whole."""
-        try:
-            while kind is None and self._waiting:
-                self._waiting.popleft().result()
-        except BaseException as failed:
-            self._close(type(failed), failed, failed.__traceback__)
-            raise
-        self._close(kind, error, trace)
-
-    def _close(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def _close(self, *failure: Any) -> None:
         self._thread.shutdown(cancel_futures=True)
         if self._writer is not None:
-            self._writer.__exit__(kind, error, trace)
+            self._writer.__exit__(*failure)
 
     def _draw(self, seen: Measured) -> None:
         image = rgb_of(seen.frame)
@@ -148,7 +133,7 @@ class OverlayWriter:
         assert self._writer is not None
         if self._scale > 1:
             image = cv2.resize(image, None, fx=self._scale, fy=self._scale)
-        self._labels = _Labels(image, self._scale, [each.outline for each in seen.droplets])
+        self._labels = _Labels(image, self._scale, [droplet.outline for droplet in seen.droplets])
         for x, y, radius in self._obstacles:
             cv2.circle(image, *self._circle(x, y, radius), OBSTACLE, 1, cv2.LINE_AA, _FRACTION_BITS)
         for droplet in seen.droplets:
@@ -184,7 +169,7 @@ class OverlayWriter:
         for track, obstacle in seen.met:
             x, y, _ = self._obstacles[obstacle]
             mark = _Mark(number + _FLASH, x, y, f"contact of {track}", CONTACT)
-            self._marks = [each for each in self._marks if each.text != mark.text] + [mark]
+            self._marks = [earlier for earlier in self._marks if earlier.text != mark.text] + [mark]
         for event in seen.events:
             child = places.get(event.children[0]) if event.children else None
             if event.kind in ("break-up", "coalescence") and child is not None:
@@ -224,7 +209,7 @@ class _Labels:
 
     def __init__(self, image: Pixels, scale: int, outlines: list[Floats]) -> None:
         self._image, self._scale = image, scale
-        boxes = [np.concatenate([each.min(axis=0), each.max(axis=0)]) for each in outlines]
+        boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
         self._taken = np.array(boxes, dtype=np.float64).reshape(-1, 4) * scale
 
     def write(
@@ -328,7 +313,7 @@ class ThumbnailTaker:
             taken[seen.frame.number] = self._around(image, pair[1])
             if len(taken) > _MOST_TAKEN:
                 del taken[min(taken)]
-        return [self._joined(each, image) for each in seen.over]
+        return [self._joined(encounter, image) for encounter in seen.over]
 
     def _joined(self, over: Encounter, image: Pixels) -> Thumbnail:
         track, obstacle = over.track_id, over.obstacle_id

@@ -96,20 +96,20 @@ class PlugFinder:
         """Return the plugs in the order in which they were born."""
         found = []
         last: dict[str, float] = {}
-        for track, each in sorted(self._tracks.items(), key=lambda item: item[1].frame):
-            if len(each.rows) < _FEWEST_FRAMES:
+        for track, droplet in sorted(self._tracks.items(), key=lambda item: item[1].frame):
+            if len(droplet.rows) < _FEWEST_FRAMES:
                 continue
-            rows = np.array(each.rows)
+            rows = np.array(droplet.rows)
             length, width, area = np.median(rows[:, 3:], axis=0).tolist()
-            period = each.time_s - last.get(each.born, math.nan)
-            last[each.born] = each.time_s
+            period = droplet.time_s - last.get(droplet.born, math.nan)
+            last[droplet.born] = droplet.time_s
             found.append(
                 Plug(
                     track,
-                    each.born,
-                    each.frame,
-                    each.time_s,
-                    math.nan if each.born == PRESENT else period,
+                    droplet.born,
+                    droplet.frame,
+                    droplet.time_s,
+                    math.nan if droplet.born == PRESENT else period,
                     len(rows),
                     length,
                     width,

@@ -86,7 +86,7 @@ def _column(choice: Choice, trial: Trial, obstacles: Floats) -> Pixels:
     tiles = []
     for frame in frames:
         found = trial.segmenter.droplets(frame)
-        shown = [each for each in found if not is_obstacle(each, obstacles)]
+        shown = [droplet for droplet in found if not is_obstacle(droplet, obstacles)]
         tiles.append(_tile(frame, shown, obstacles))
     score = choice.scores()[trial.method]
     head = f"{trial.method}: score {score:.2f}" + (", chosen" if chosen else "")

@@ -199,8 +199,8 @@ class Clip:
         """Return what is black and white in this clip; that takes one reading, once."""
         if self._range is None:
             source = opened(self.path, self.channel)
-            images = (each.image for each in source.pictures())
-            self._range = range_of(each for each in images if not isinstance(each, Planes))
+            images = (picture.image for picture in source.pictures())
+            self._range = range_of(image for image in images if not isinstance(image, Planes))
         return self._range
 
 
@@ -218,6 +218,6 @@ def _split(image: Pixels) -> Planes:
     yuv = cv2.cvtColor(np.ascontiguousarray(image), cv2.COLOR_RGB2YUV)
     height, width = yuv.shape[:2]
     half = (-(-width // 2), -(-height // 2))
-    chroma = cv2.resize(yuv[:, :, 1:], half, interpolation=cv2.INTER_AREA)
-    luma = np.ascontiguousarray(yuv[:, :, 0])
-    return Planes(luma, np.ascontiguousarray(np.moveaxis(chroma, 2, 0)))
+    luma, *colour = cv2.split(yuv)
+    chroma = [cv2.resize(plane, half, interpolation=cv2.INTER_AREA) for plane in colour]
+    return Planes(luma, np.stack(chroma))

@@ -14,6 +14,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff import _core
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -46,9 +48,11 @@ _RIMMED = 0.42  # least share of the whole border: a quarter of a disc in a corn
 _CUT_SHARE = 0.04  # of the border along the dark edge of the view
 _VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
 _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
+_VIEW_BLUR = 1 / 64  # of the shorter side of the frame: how wide its edge is, besides
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
-_STILL_SHARE = 0.75  # of the frames in which it is seen
+_STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
+_STILL_SHARE = 0.6  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
@@ -77,7 +81,9 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     images : sequence of ndarray, shape (height, width)
         Grey levels in some frames: it is dark in all of them.
     """
-    brightest = np.max([cv2.GaussianBlur(image, (0, 0), 1.0) for image in images], axis=0)
+    brightest = cv2.GaussianBlur(images[0], (0, 0), 1.0)
+    for image in images[1:]:
+        cv2.max(brightest, cv2.GaussianBlur(image, (0, 0), 1.0), dst=brightest)
     darkest, usual = np.quantile(brightest[::4, ::4], [_VIEW_DARKEST, 0.5])
     level = float(darkest + _VIEW_DARKNESS * (usual - darkest))
     dark = cv2.compare(brightest, level, cv2.CMP_LT)
@@ -86,12 +92,10 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     dark = cv2.copyMakeBorder(dark, side, side, side, side, cv2.BORDER_REPLICATE)
     dark = cv2.morphologyEx(dark, cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
     dark = dark[side:-side, side:-side]
-    walks, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-    mask = np.zeros((height, width), dtype=np.uint8)
-    for walk in walks:
-        left, top, wide, high = cv2.boundingRect(walk)
-        if left == 0 or top == 0 or left + wide == width or top + high == height:
-            cv2.drawContours(mask, [walk], -1, 255, cv2.FILLED)
+    _, parts = cv2.connectedComponents(dark)
+    sides = np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]])
+    at_sides = np.isin(parts, sides[sides > 0])
+    mask: Pixels = np.where(at_sides, np.uint8(255), np.uint8(0))
     return mask if mask.any() else None
 
 
@@ -102,14 +106,18 @@ def without_bays(walk: Walk) -> Walk:
 
 def without_dents(outline: Floats) -> Floats:
     """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
-    fine = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
-    return outline[_outside_bays(fine, _DENT)]
+    scaled = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
+    return outline[_outside_bays(scaled, _DENT)]
 
 
 def _outside_bays(walk: Walk, widest: float) -> Bools:
     """Return which points of a walk are not in bays up to a width, square roots of its area."""
+    return _outside(walk, cv2.convexHull(walk, returnPoints=False), widest)
+
+
+def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
+    """Return the same, of a walk whose convex hull goes through some of its places."""
     keep = np.ones(len(walk), dtype=bool)
-    hull = cv2.convexHull(walk, returnPoints=False)
     try:
         defects = cv2.convexityDefects(walk, hull)
     except cv2.error:  # walks that touch themselves
@@ -117,9 +125,10 @@ def _outside_bays(walk: Walk, widest: float) -> Bools:
     if defects is None:
         return keep
     mouth = widest * math.sqrt(cv2.contourArea(walk))
-    for start, end, _, depth in defects.reshape(-1, 4).tolist():
+    rows = defects.reshape(-1, 4)
+    for start, end in rows[rows[:, 3] > 256, :2].tolist():  # deeper than a unit
         across = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
-        if depth > 256 and across <= mouth:  # a unit
+        if across <= mouth:
             if start < end:
                 keep[start + 1 : end] = False
             else:
@@ -130,54 +139,96 @@ def _outside_bays(walk: Walk, widest: float) -> Bools:
 
 def is_compact(walk: Walk) -> bool:
     """Return whether a region is convex, not a sliver and not three-cornered."""
-    area = cv2.contourArea(walk)
-    if area < _CONVEX * cv2.contourArea(cv2.convexHull(walk)):
+    return _fills(cv2.contourArea(walk), cv2.convexHull(walk))
+
+
+def compact_part(walk: Walk) -> Walk | None:
+    """Return the walk round a region without narrow bays, or None if it is not compact then.
+
+    The same as `without_bays` and `is_compact`, with less work where it is clearly not.
+    """
+    corners = cv2.convexHull(walk, returnPoints=False)
+    hull = walk[corners.reshape(-1)]
+    if not _fills(cv2.contourArea(hull), hull):
+        return None
+    whole = walk[_outside(walk, corners, _BAY)]
+    return whole if _fills(cv2.contourArea(whole), hull) else None
+
+
+def _fills(area: float, hull: Walk) -> bool:
+    """Return whether an area fills its convex hull, which is not a sliver and no triangle."""
+    if area < _CONVEX * cv2.contourArea(hull):
         return False
-    _, sides, _ = cv2.minAreaRect(walk)
+    _, sides, _ = cv2.minAreaRect(hull)
     short, long = min(sides), max(sides)
     return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
 
-def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
+class Rectangle(NamedTuple):
+    """Part of a frame that can be seen, pixels; its edge is as wide as it is not sharp."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+    edge: float
+
+
+def seen_part(view: Pixels | None, size: tuple[int, int]) -> Rectangle:
+    """Return the part of a frame of some width and height that `outside_view` leaves."""
+    if view is None:
+        return Rectangle(0, 0, *size, _AT_EDGE + 1.0)
+    left, top, wide, high = cv2.boundingRect(cv2.compare(view, 0, cv2.CMP_EQ))
+    return Rectangle(left, top, wide, high, _AT_EDGE + 1.0 + _VIEW_BLUR * min(size))
+
+
+def is_ground(walk: Walk, seen: Rectangle) -> bool:
     """Return whether a region is what droplets are in: it goes from one edge to the other.
 
     Parameters
     ----------
     walk : ndarray, shape (n, 1, 2)
         Round it.
-    size : (int, int)
-        Width and height of the frame, pixels.
+    seen : Rectangle
+        What `seen_part` returns.
     """
     left, top, wide, high = cv2.boundingRect(walk)
-    if wide * high > _LARGEST * size[0] * size[1]:
+    if wide * high > _LARGEST * seen.width * seen.height:
         return True
-    near = _AT_EDGE + 1.0
-    across = left <= near and left + wide >= size[0] - near
-    return bool(across or (top <= near and top + high >= size[1] - near))
+    left, top = left - seen.left, top - seen.top
+    across = left <= seen.edge and left + wide >= seen.width - seen.edge
+    return bool(across or (top <= seen.edge and top + high >= seen.height - seen.edge))
 
 
-def standing_rows(seen: Sequence[Floats]) -> Floats:
+def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     """Return the regions that stand still while others move: walls, dust, a clock.
 
     Parameters
     ----------
     seen : sequence of ndarray, shape (n, 3)
         Centre x, y and area of the regions in each frame.
+    always : bool, optional
+        Whether to return them also where nothing else moves.
 
     Returns
     -------
     ndarray, shape (m, 3)
-        None where nothing moves, or most to and fro about its place: then what is there are the
-        droplets.
+        None where nothing moves, or much to and fro about its place and little farther: then what
+        is there are the droplets.
     """
     nothing = np.empty((0, 3))
     if len(seen) < 3:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    stays = np.array([_stays(every, frames, row, len(seen)) for row in every]).reshape(-1, 2)
+    stays = np.array([_stays(every, frames, row, len(seen)) for row in every], dtype=bool)
+    stays = stays.reshape(-1, 2)
     still, lingers = stays[:, 0], stays[:, 1]
-    if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
+    if always:
+        return every[still]
+    to_and_fro = np.count_nonzero(lingers & ~still)
+    travel = np.count_nonzero(~lingers)
+    if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
         return nothing
     return every[still]
 
@@ -206,6 +257,23 @@ def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) ->
     return bool(np.hypot(*places.std(axis=0)) < _SPREAD_PX), True
 
 
+def rows_of(droplets: Sequence[Droplet]) -> Floats:
+    """Return centre x, y and area of droplets, shape (n, 3), pixels."""
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
+
+
+def without_standing(droplets: Sequence[Droplet], standing: Floats) -> list[Droplet]:
+    """Return the droplets that are not near those that stand still, rows of centre and area."""
+    if not len(standing):
+        return list(droplets)
+    distance, share = _LINGERING * _STILL_PX, _LINGERING * _STILL_AREA
+    return [
+        each
+        for each, row in zip(droplets, rows_of(droplets), strict=True)
+        if not _agree(standing, row, distance, share).any()
+    ]
+
+
 def alike(rows: Floats, row: Floats) -> Bools:
     """Return which rows of centre and area agree with one."""
     return _agree(rows, row, _STILL_PX, _STILL_AREA)
@@ -214,7 +282,8 @@ def alike(rows: Floats, row: Floats) -> Bools:
 def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     away = np.hypot(rows[:, 0] - row[0], rows[:, 1] - row[1])
     change = np.abs(rows[:, 2] - row[2])
-    agree: Bools = (away <= distance) & (change <= share * row[2])
+    allowed = share * row[2] + _STILL_EDGE * math.sqrt(row[2])
+    agree: Bools = (away <= distance) & (change <= allowed)
     return agree
 
 
@@ -228,27 +297,25 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
     size : (int, int), optional
         Width and height of the frame, pixels, if the region may end at its edge.
     """
-    line = line.astype(np.float64)
-    closed = np.concatenate([line, line[:1]])
-    steps = closed[1:] - closed[:-1]
-    along = np.zeros(len(closed))
-    np.cumsum(np.hypot(steps[:, 0], steps[:, 1]), out=along[1:])
-    count = int(min(max(along[-1] / _SPACING, _FEWEST_RAYS), _MOST_RAYS))
-    places = np.arange(count) * (along[-1] / count)
-    points = np.column_stack([np.interp(places, along, closed[:, k]) for k in (0, 1)])
-    at_edge = np.zeros(count, dtype=bool)
-    if size is not None:
-        last = np.array(size) - 1.0
-        at_edge = np.any((points <= _AT_EDGE) | (points >= last - _AT_EDGE), axis=1)
-    points = np.where(at_edge[:, None], points, smoothed(points.T).T)
-    around = np.concatenate([points[-2:], points, points[:2]])
-    tangents = around[4:] - around[:-4]
-    if cv2.contourArea(points.astype(np.float32), oriented=True) < 0.0:
-        # OpenCV walks round holes clockwise as seen, round the outside the other way.
-        points, tangents, at_edge = points[::-1], -tangents[::-1], at_edge[::-1]
-    lengths = np.maximum(np.hypot(tangents[:, 0], tangents[:, 1]), 1e-9)
-    normals = np.column_stack([tangents[:, 1], -tangents[:, 0]]) / lengths[:, None]
+    points, normals, at_edge = _core.region_border(
+        line.astype(np.float64),
+        _SPACING,
+        _FEWEST_RAYS,
+        _MOST_RAYS,
+        _SMOOTHING,
+        _AT_EDGE,
+        (0, 0) if size is None else size,
+    )
     return Border(points, normals, at_edge)
+
+
+def part_below(values: Floats, share: float) -> float:
+    """Return the value below which a share of some values, one or more, lies."""
+    order = np.sort(values)
+    place = share * (len(order) - 1)
+    low = int(place)
+    high = min(low + 1, len(order) - 1)
+    return float(order[low] + (place - low) * (order[high] - order[low]))
 
 
 def smoothed(values: Floats) -> Floats:
@@ -257,19 +324,6 @@ def smoothed(values: Floats) -> Floats:
     padded = np.concatenate([lines[:, -8:], lines, lines[:, :8]], axis=1)
     smooth = cv2.GaussianBlur(padded, (0, 0), sigmaX=_SMOOTHING, sigmaY=0.01)
     return np.asarray(smooth[:, 8:-8]).reshape(values.shape)
-
-
-def sampled(dark: Image, points: Floats, normals: Floats, reach: Floats) -> Floats:
-    """Return the darkness along rays, shape (rays, samples)."""
-    x = (points[:, :1] + normals[:, :1] * reach).astype(np.float32)
-    y = (points[:, 1:] + normals[:, 1:] * reach).astype(np.float32)
-    rows = []
-    for start in range(0, len(x), 30_000):  # a table may not have more rows than fit in 16 bits
-        part = slice(start, start + 30_000)
-        rows.append(
-            cv2.remap(dark, x[part], y[part], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        )
-    return np.concatenate(rows)
 
 
 def closedness(contrast: Floats, at_edge: Bools, noise: float) -> float:
@@ -361,8 +415,10 @@ class Groups:
         self._parent = list(range(count))
 
     def _root(self, member: int) -> int:
-        while self._parent[member] != member:
-            member = self._parent[member]
+        parent = self._parent
+        while parent[member] != member:
+            parent[member] = parent[parent[member]]  # half as far the next time
+            member = parent[member]
         return member
 
     def join(self, one: int, other: int) -> None:
@@ -372,7 +428,7 @@ class Groups:
         """Return the number of each member's group, -1 for those that are alone."""
         roots = [self._root(member) for member in range(len(self._parent))]
         sizes: dict[int, int] = {}
-        for root, there in zip(roots, present, strict=True):
-            sizes[root] = sizes.get(root, 0) + there
+        for root, is_present in zip(roots, present, strict=True):
+            sizes[root] = sizes.get(root, 0) + is_present
         numbers: dict[int, int] = {}
         return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]

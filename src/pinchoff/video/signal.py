@@ -79,7 +79,9 @@ def best_channel(frames: Sequence[Frame]) -> str:
     """Return the channel with the most contrast against its noise."""
     if frames[0].chroma is None:
         return CHANNELS[0]
-    contrasts = {each: _contrast(frames, each) for each in CHANNELS if each not in _TINTS}
+    contrasts = {
+        channel: _contrast(frames, channel) for channel in CHANNELS if channel not in _TINTS
+    }
     best = max(contrasts, key=contrasts.__getitem__)
     clearly = contrasts[best] > _CLEARLY_BETTER * contrasts[CHANNELS[0]]
     return best if clearly else CHANNELS[0]

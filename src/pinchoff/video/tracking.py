@@ -135,12 +135,12 @@ class Tracker:
         """
         kept: list[Droplet] = []
         done: set[int] = set()
-        for each in droplets:
-            if each.whole is None or not self._is_expected(frame, each.whole):
-                kept.append(each)
-            elif each.group not in done:
-                done.add(each.group)
-                kept.append(each.whole)
+        for droplet in droplets:
+            if droplet.whole is None or not self._is_expected(frame, droplet.whole):
+                kept.append(droplet)
+            elif droplet.group not in done:
+                done.add(droplet.group)
+                kept.append(droplet.whole)
         return kept
 
     def _is_expected(self, frame: int, droplet: Droplet) -> bool:
@@ -325,7 +325,9 @@ class _Leftovers:
     ) -> None:
         self._tracker, self._expected = tracker, expected
         self._tracks, self._free, self._partners = tracks, free, partners
-        self._parts = [_Part(each.area, np.array([each.x, each.y])) for each in droplets]
+        self._parts = [
+            _Part(droplet.area, np.array([droplet.x, droplet.y])) for droplet in droplets
+        ]
         self._used: set[int] = set()
         self._ended: set[int] = set()
 
@@ -399,7 +401,7 @@ def _nearest(
     candidates: Sequence[T], place: Callable[[T], Floats], centre: Floats, reach: float
 ) -> list[T]:
     """Return those within reach of a centre, no more than can be tried in all combinations."""
-    away = [_distance(place(each), centre) for each in candidates]
+    away = [_distance(place(candidate), centre) for candidate in candidates]
     order = sorted(range(len(candidates)), key=away.__getitem__)[:_MOST_NEAR]
     return [candidates[k] for k in order if away[k] <= reach]
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
+from contextlib import ExitStack
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import HoldsFiles, written_aside
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -51,7 +51,7 @@ def require_video_extra(argument: str) -> ModuleType:
     return av
 
 
-class ClipWriter:
+class ClipWriter(HoldsFiles):
     """Write frames as H.264 (yuv420p); the file appears when it is complete.
 
     Parameters
@@ -89,32 +89,25 @@ class ClipWriter:
         if size[0] % 2 or size[1] % 2:
             advice = "H.264 halves the colour's resolution; make both sides even"
             raise InputError.of("size", "even", f"{size[0]} × {size[1]}", advice)
-        self._aside = written_aside(target)
-        self._container: Any = self._av.open(str(self._aside.__enter__()), "w")
         rate = Fraction(fps).limit_denominator(1001)
         self._quick = quick
         preset = _QUICK_PRESET if quick else _PRESET
-        self._stream: Any = self._container.add_stream(
-            "libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_FASTER}
-        )
-        self._stream.width, self._stream.height = size
-        self._stream.pix_fmt = "yuv420p"
+        with ExitStack() as files:
+            unfinished = files.enter_context(written_aside(target))
+            self._container: Any = self._av.open(str(unfinished), "w")
+            files.callback(self._container.close)
+            self._stream: Any = self._container.add_stream(
+                "libx264", rate=rate, options={"crf": str(crf), "preset": preset, **_FASTER}
+            )
+            self._stream.width, self._stream.height = size
+            self._stream.pix_fmt = "yuv420p"
+            files.push(self._finish)
+            self._files = files.pop_all()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        try:
-            if kind is None:
-                self._container.mux(self._stream.encode(None))
-        finally:
-            self._container.close()
-            self._aside.__exit__(kind, error, trace)
+    def _finish(self, kind: type[BaseException] | None, *_: object) -> None:
+        """Write what the encoder still holds, where nothing went wrong."""
+        if kind is None:
+            self._container.mux(self._stream.encode(None))
 
     def append(self, pixels: Pixels) -> None:
         """Add one frame: (height, width, 3) of red, green and blue."""

@@ -7,7 +7,7 @@ import math
 import pytest
 
 import pinchoff as po
-from pinchoff.model.results import spring_tension_ratio
+from pinchoff.model.run_table import spring_tension_ratio
 
 PHYSICAL = {
     "diameter": "340 um",

@@ -79,14 +79,14 @@ def law_rows(study: LawStudy) -> Iterator[tuple[str, ...]]:
 
 def law_columns(study: LawStudy) -> tuple[str, ...]:
     """Return the headings of `law_rows`."""
-    said = f"{study.fit.confidence:.0%}"
+    confidence = f"{study.fit.confidence:.0%}"
     return (
         "",
         "",
         "value",
-        f"{said}, profile likelihood",
-        f"{said}, delta method",
-        f"{said}, bootstrap",
+        f"{confidence}, profile likelihood",
+        f"{confidence}, delta method",
+        f"{confidence}, bootstrap",
         "spread of the bootstrap's parts",
         "paper",
     )

@@ -13,11 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple, TypeAlias
 
 Status: TypeAlias = Literal[
-    "found",
-    "no break even head-on",
-    "breaks at every contact",
-    "non-monotonic",
-    "unresolved",
+    "found", "no break even head-on", "breaks at every contact", "non-monotonic", "unresolved"
 ]
 
 STATUSES: dict[Status, str] = {
@@ -41,7 +37,7 @@ _MOST_ROUNDS = 10  # rounds of closing; a bracket is then a millionth of the sca
 
 
 class Trial(NamedTuple):
-    """One run, as far as a search cares.
+    """What a search knows of one run.
 
     Attributes
     ----------

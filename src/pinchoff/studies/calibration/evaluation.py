@@ -21,7 +21,7 @@ from pinchoff.model.parameters import Parameters
 from pinchoff.studies.boundary import boundary
 from pinchoff.studies.calibration.targets import Floats, Target
 from pinchoff.support.errors import InputError, PinchoffError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import write_text
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.records import Shape, parsed_record
 
@@ -193,10 +193,7 @@ class Evaluator:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # failed runs are counted below
             line = boundary(
-                model,
-                {"simulation_capillary_number": ca.tolist()},
-                progress=False,
-                **self._options,
+                model, {"simulation_capillary_number": ca.tolist()}, progress=False, **self._options
             )
         points = line.runs.groupby("point")
         thinnest = model.neck_thickness
@@ -233,8 +230,7 @@ class Evaluator:
         if self._path is None:
             return
         try:
-            with written_aside(self._path) as unfinished:
-                unfinished.write_text("".join(self._lines), encoding="utf-8")
+            write_text(self._path, "".join(self._lines))
         except OSError as error:
             raise PinchoffError(
                 f"{self._path.parent} must be a folder that can be written to; got "

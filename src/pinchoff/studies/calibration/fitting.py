@@ -7,14 +7,21 @@ from collections.abc import Iterable, Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinchoff.model.parameters import FRONT, SPRINGS, Parameters
+from pinchoff.model.parameters import Parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
-from pinchoff.studies.calibration.evaluation import CONVERSION, Evaluation, Evaluator
+from pinchoff.studies.calibration.evaluation import Evaluation, Evaluator
+from pinchoff.studies.calibration.free_constants import (
+    DEFAULT_FREE,
+    Bounds,
+    bounds_of,
+    grid_of,
+    values_of,
+)
 from pinchoff.studies.calibration.sensitivity import (
     Landscape,
     has_meaning,
@@ -23,11 +30,9 @@ from pinchoff.studies.calibration.sensitivity import (
 )
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
 from pinchoff.support.arguments import checked_whole
-from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.locks import held_folder
-from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.support.progress import progress_bar, wanted_progress
 
 if TYPE_CHECKING:
@@ -37,33 +42,15 @@ if TYPE_CHECKING:
 
     from pinchoff.collisions.law import Line
 
-Bounds: TypeAlias = dict[str, tuple[float, float]]
-
-FREE: Mapping[str, tuple[float, float]] = {
-    "edge_stiffness": (1.0, 6.0),
-    "neck_separation": (0.15, 0.42),
-    "neck_thickness": (0.08, 0.3),
-    "line_tension": (20.0, 2000.0),
-    CONVERSION: (3e-5, 3e-4),
-}
-"""Constants that may be free, and their bounds unless others are given."""
-
-_IN_DIAMETERS = (0.15, 1.5)  # bounds of neck_separation in D0; half a circle is 1.57
-
 LANDSCAPES = (("edge_stiffness", "neck_separation"), ("neck_separation", "neck_thickness"))
 """Pairs of constants whose landscape is drawn."""
-
-_DEFAULT_FREE = {
-    SPRINGS: ("edge_stiffness", "neck_thickness"),
-    FRONT: ("neck_separation", "neck_thickness"),
-}
 
 LOG = "evaluations.jsonl"
 
 _FORMAT = 1
-_TOLERANCE = 0.01  # the search ends where its places differ by less, in parts of the bounds,
-_FLATNESS = 1e-3  # and its objectives by less: about their roughness from the brackets
-_FIRST_STEP = 0.15  # of the search, in parts of the bounds
+_TOLERANCE = 0.01  # the search ends where its trials are nearer, relative to the bounds,
+_FLATNESS = 1e-3  # and their objectives too: brackets of finite width make them as rough
+_FIRST_STEP = 0.15  # of the search, relative to the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -208,13 +195,13 @@ def calibrate(
     >>> import pinchoff as po
     >>> coarse = po.Parameters(vertex_count=48)
     >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
-    ...                      width=0.02, scan=8, evaluations=6)
+    ...                      width=0.1, scan=6, evaluations=4)
     >>> found.best.objective <= found.start.objective
     True
     """
     aim = as_target(target)
     model = _base(aim, base)
-    bounds = _bounds(_DEFAULT_FREE[model.model] if free is None else free, model)
+    bounds = bounds_of(DEFAULT_FREE[model.model] if free is None else free, model)
     checked_whole("points", points, "use 6", low=3, high=50)
     checked_whole("evaluations", evaluations, "use 80", low=1, high=100_000)
     if grid:
@@ -231,33 +218,41 @@ def calibrate(
             settings=_settings(aim, model, bounds, points, width, scan),
             path=None if out is None else Path(out) / LOG,
         )
-        with_bar = wanted_progress(progress)
-        pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
-        total = 1 + evaluations + len(pairs) * grid**2
-        with progress_bar(with_bar, "evaluations", total) as show:
-            evaluator.on_evaluation = show
-            start = evaluator(_values_of(bounds, model))
-            best, converged = _search(evaluator, bounds, start, evaluations)
-            surfaces = [
-                landscape(evaluator, best, names, _grid_of(names, bounds, model, grid))
-                for names in pairs
-            ]
-            evaluator.on_evaluation = None
-            table = sensitivity_table(evaluator, best)
-    parameters = evaluator.parameters(best.changes)
+        found = _explored(evaluator, bounds, model, evaluations, grid, wanted_progress(progress))
+    parameters = evaluator.parameters(found["best"].changes)
     return Calibration(
         target=aim,
         parameters=parameters,
-        best=best,
-        start=start,
         bounds=bounds,
         control=control,
-        converged=converged,
         evaluations=_evaluations_table(evaluator),
-        sensitivity=table,
-        landscapes=surfaces,
         conversion=match_onset(aim, parameters, threads=threads),
+        **found,
     )
+
+
+def _explored(
+    evaluator: Evaluator, bounds: Bounds, model: Parameters, most: int, grid: int, with_bar: bool
+) -> dict[str, Any]:
+    """Return what the search finds, the landscapes and the sensitivities, as of `Calibration`."""
+    pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
+    with progress_bar(with_bar, "evaluations", 1 + most + len(pairs) * grid**2) as show:
+        evaluator.on_evaluation = show
+        start = evaluator(values_of(bounds, model))
+        best, converged = _search(evaluator, bounds, start, most)
+        landscapes = [
+            landscape(evaluator, best, names, grid_of(names, bounds, model, grid))
+            for names in pairs
+        ]
+        evaluator.on_evaluation = None
+        sensitivity = sensitivity_table(evaluator, best)
+    return {
+        "start": start,
+        "best": best,
+        "converged": converged,
+        "landscapes": landscapes,
+        "sensitivity": sensitivity,
+    }
 
 
 def _search(
@@ -280,12 +275,7 @@ def _search(
     origin = (np.log([start.changes[name] for name in names]) - low) / span
     steps = np.where(origin > 0.5, -_FIRST_STEP, _FIRST_STEP)
     simplex = np.vstack([origin, origin + np.diag(steps)])
-    options = {
-        "initial_simplex": simplex,
-        "maxfev": most,
-        "xatol": _TOLERANCE,
-        "fatol": _FLATNESS,
-    }
+    options = {"initial_simplex": simplex, "maxfev": most, "xatol": _TOLERANCE, "fatol": _FLATNESS}
     result = minimize(
         objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
     )
@@ -298,81 +288,6 @@ def _base(target: Target, base: object) -> Parameters:
         raise InputError.of("base", "a Parameters", base, "build it with pinchoff.Parameters(...)")
     changes = {} if target.size_ratio is None else {"size_ratio": target.size_ratio}
     return model.replace(offset=0.0, follow_daughters=False, scale=None, **changes)
-
-
-def _bounds(free: object, model: Parameters) -> Bounds:
-    """Check the names and bounds of the free constants."""
-    if isinstance(free, str) or not isinstance(free, Iterable):
-        raise InputError.of("free", "names of constants", free, f"write [{free!r}]")
-    given = dict(free) if isinstance(free, Mapping) else dict.fromkeys(free)
-    if not given:
-        raise InputError.of(
-            "free", "one constant or more", "none", f"choose from {', '.join(FREE)}"
-        )
-    bounds: Bounds = {}
-    for name, ends in given.items():
-        if name not in FREE:
-            if name in ("vertex_count", "follow_daughters", "neck_separation_unit"):
-                advice = "set it in base, and compare calibrations"
-                raise InputError.of("free", "a continuous constant", repr(name), advice)
-            raise unknown_name("free", "a constant that may be free", name, FREE)
-        if not has_meaning((name,), model):
-            advice = "choose neck_separation, neck_thickness or conversion"
-            rule = f"a constant of the {model.model} model"
-            raise InputError.of("free", rule, repr(name), advice)
-        bounds[name] = _ends(name, _default_bounds(name, model) if ends is None else ends)
-        _require_inside(name, bounds[name], model)
-    return bounds
-
-
-def _default_bounds(name: str, model: Parameters) -> tuple[float, float]:
-    diameters = name == "neck_separation" and model.neck_separation_unit == "diameter"
-    return _IN_DIAMETERS if diameters else FREE[name]
-
-
-def _ends(name: str, ends: Any) -> tuple[float, float]:
-    try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
-        low, high = math.nan, math.nan
-    if not (0 < low < high < math.inf):
-        rule = "two positive, finite bounds, the lower one first"
-        raise InputError.of(f"free[{name!r}]", rule, ends, "write them as (low, high)")
-    return low, high
-
-
-def _require_inside(name: str, ends: tuple[float, float], model: Parameters) -> None:
-    value = CA_PER_CA_SIM if name == CONVERSION else getattr(model, name)
-    if not ends[0] <= value <= ends[1]:
-        advice = "widen the bounds, or start from another base"
-        rule = f"bounds that hold the base's {value:g}"
-        raise InputError.of(f"free[{name!r}]", rule, list(ends), advice)
-    if name == CONVERSION:
-        return
-    # The end itself is looked at here; one that does not go with others is met in the search.
-    others: dict[str, Any] = {"neck_thickness": 0.0}
-    if name == "neck_thickness":
-        others = {"neck_separation_unit": "perimeter", "neck_separation": 0.49}
-    for end in ends:
-        try:
-            model.replace(**{**others, name: end})
-        except InputError as error:
-            raise error.within("free") from None
-
-
-def _values_of(bounds: Bounds, model: Parameters) -> dict[str, float]:
-    return {
-        name: CA_PER_CA_SIM if name == CONVERSION else float(getattr(model, name))
-        for name in bounds
-    }
-
-
-def _grid_of(
-    names: tuple[str, str], bounds: Bounds, model: Parameters, count: int
-) -> tuple[Floats, Floats]:
-    ends = [bounds.get(name) or _default_bounds(name, model) for name in names]
-    first, second = (np.clip(np.geomspace(*pair, count), *pair) for pair in ends)
-    return first, second
 
 
 def _settings(

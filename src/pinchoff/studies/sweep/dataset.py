@@ -6,7 +6,6 @@ other files begin with ``_`` or ``.``, which readers of Parquet datasets pass ov
 
 from __future__ import annotations
 
-import json
 import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.locks import held_folder
-from pinchoff.support.records import Shape, read_record
+from pinchoff.support.records import Shape, read_record, write_json
 
 MANIFEST = "_sweep.json"
 
@@ -158,10 +157,8 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
         if manifest is None:
             _require_empty(path)
             manifest = manifest_of(design)
-            with _writable(path), written_aside(path / MANIFEST) as unfinished:
-                unfinished.write_text(
-                    json.dumps(manifest, indent=2, ensure_ascii=False) + "\n", encoding="utf-8"
-                )
+            with _writable(path):
+                write_json(path / MANIFEST, manifest)
         require_same(manifest, design, path)
         yield SweepDataset(path, manifest["count"], manifest["part_size"])
 

@@ -31,15 +31,14 @@ from pinchoff.video.regions import (
     alike,
     border_of,
     closedness,
-    is_compact,
+    compact_part,
     is_ground,
     leaves_view,
     one_a_droplet,
-    outside_view,
-    sampled,
+    part_below,
+    seen_part,
     smoothed,
     standing_rows,
-    without_bays,
     without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
@@ -52,6 +51,7 @@ _DENOISING = 0.8  # standard deviation of the filter, pixels
 _LEVELS = 7  # of darkness, one twice the other
 _INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
 _STEP = 0.5  # along rays, pixels
+_WITHIN = 2.0  # pixels from the border to where they begin, in the interior
 _BEYOND = 3.0  # pixels beyond the rim in which it gets as bright as outside
 _TOO_WIDE = 1.4  # usual widths of the rim: there a wall prolongs it
 _TOO_NARROW, _PALE_SHARE = 0.6, 0.25  # usual widths; of the border, at most
@@ -134,34 +134,75 @@ class EnclosedSegmenter:
     scene : Scene
     edge : float
         Where the outline lies, a fraction of the rim's darkness.
+    largest_cut : float
+        Of what the frame cuts, pixels: what is larger lies beyond a wall.
     """
 
     def __init__(
-        self, signal: Signal, window: int, minimum_area: float, scene: Scene, edge: float = 0.5
+        self,
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        scene: Scene,
+        edge: float = 0.5,
+        largest_cut: float = math.inf,
     ) -> None:
         self.signal, self.window, self.scene = signal, window, scene
-        self.minimum_area, self._edge = minimum_area, edge
+        self.minimum_area, self._edge, self._largest_cut = minimum_area, edge, largest_cut
+        self._shown: list[_Shown] = []
+        self._seen: dict[int, list[_Region]] = {}  # in the frames from which it was learned
 
     @classmethod
     def learned(
-        cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
+        cls,
+        frames: Sequence[Frame],
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        view: Pixels | None = None,
     ) -> EnclosedSegmenter:
-        """Return a segmenter for a clip, made from a sample of its frames."""
+        """Return a segmenter for a clip, made from a sample of its frames, and their view."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
-        scene = Scene(noise, levels, outside_view(images), np.empty((0, 3)))
+        scene = Scene(noise, levels, view, np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
-        seen = [(first._regions(dark), dark.shape) for dark in map(first._darkness, frames)]
-        rows = [np.array([[r.x, r.y, r.area] for r in here]).reshape(-1, 3) for here, _ in seen]
+        seen = {frame.number: first._regions(first._darkness(frame)) for frame in frames}
+        rows = [_rows(here) for here in seen.values()]
         first.scene = scene = scene._replace(standing=standing_rows(rows))
-        scene = scene._replace(levels=_needed_levels([first._moving(r) for r, _ in seen]))
-        return cls(signal, window, minimum_area, scene)
+        moving = {number: first._moving(here) for number, here in seen.items()}
+        shown = [each for here in moving.values() for each in _shown(here, images[0].shape)]
+        learned = cls(signal, window, minimum_area, scene._replace(levels=_needed_levels(shown)))
+        learned._shown, learned._seen = shown, moving
+        return learned
+
+    def between(self, area: float, largest_cut: float) -> EnclosedSegmenter:
+        """Return a segmenter for droplets from an area on: it may need fewer levels.
+
+        Parameters
+        ----------
+        area, largest_cut : float
+            Least area, and largest area of what the frame cuts, pixels.
+        """
+        least = _INTERIOR_SHARE * area
+        levels = _needed_levels([each for each in self._shown if each.area >= least])
+        scene = self.scene._replace(levels=levels) if levels else self.scene
+        return EnclosedSegmenter(self.signal, self.window, area, scene, self._edge, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        return self._outlined(one_a_droplet(self._moving(self._regions(dark)), dark.shape), dark)
+        seen = self._seen.get(frame.number)
+        if seen is None:
+            regions = self._moving(self._regions(dark))
+        else:
+            regions = [each for each in seen if each.level in self.scene.levels]
+        kept = [
+            each
+            for each in regions
+            if each.area <= self._largest_cut or not each.border.at_edge.any()
+        ]
+        return self._outlined(one_a_droplet(kept, dark.shape), dark)
 
     def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
         return [each for each in regions if not self._stands(each)]
@@ -191,12 +232,15 @@ class EnclosedSegmenter:
         if not walks:
             return []
         least = _INTERIOR_SHARE * self.minimum_area
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         holes = []
         for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
                 continue
-            whole = without_bays(walk)
-            if is_compact(whole) and not is_ground(whole, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
+                continue
+            whole = compact_part(walk)
+            if whole is not None:
                 holes.append(whole)
         return self._along_rays(holes, dark, level)
 
@@ -207,10 +251,18 @@ class EnclosedSegmenter:
         borders = [border_of(hole[:, 0, :], (width, height)) for hole in holes]
         points = np.concatenate([border.points for border in borders])
         normals = np.concatenate([border.normals for border in borders])
-        reach = np.arange(-2.0, 0.5 * self.window, _STEP)
-        profiles = sampled(dark, points, normals, reach)
-        ends, peaks = _rim_ends(profiles, reach, level, self._edge)
-        contrasts = peaks - profiles[:, 0]
+        ends, contrasts = _core.rim_ends(
+            dark,
+            points,
+            normals,
+            -_WITHIN,
+            _STEP,
+            math.ceil((_WITHIN + 0.5 * self.window) / _STEP),
+            level,
+            self._edge,
+            math.ceil((_WITHIN + _STEP) / _STEP),
+            int(_BEYOND / _STEP),
+        )
         found, start = [], 0
         for hole, border in zip(holes, borders, strict=True):
             own = slice(start, start + len(border.points))
@@ -246,7 +298,7 @@ class EnclosedSegmenter:
             border = region.border
             beyond = _beyond(away, border, owner, number)
             away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
-            for other in np.unique(beyond[beyond >= 0]).tolist():
+            for other in set(beyond[beyond >= 0].tolist()):
                 if not _is_surroundings(regions[other], region):
                     groups.join(number, other)
             away[border.at_edge] = 0.0
@@ -258,7 +310,7 @@ class EnclosedSegmenter:
                 found.append(None)
                 continue
             # The interior of what is whole ends at its rim, a rim's width before the dark edge.
-            rim = float(np.quantile(widths[number], _VIEW_QUANTILE))
+            rim = part_below(widths[number], _VIEW_QUANTILE)
             reach = max(_VIEW_PX, _VIEW_SHARE * rim)
             cut = bool(border.at_edge.any())
             cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
@@ -272,39 +324,12 @@ class EnclosedSegmenter:
         ]
 
 
-def _rim_ends(profiles: Floats, reach: Floats, level: float, edge: float) -> tuple[Floats, Floats]:
-    """Return where the rim ends along each ray, NaN where it does not, and how dark it gets.
-
-    It ends where darkness has fallen by a share of what it falls by in all: the local mean, from
-    which darkness counts, depends on what else is near.
-    """
-    darkest = np.maximum.accumulate(np.maximum(profiles, np.float32(level)), axis=1)
-    inside = int(np.searchsorted(reach, 0.5))
-    over = profiles < np.float32(edge) * darkest
-    over[:, : inside + 1] = False
-    rows = np.arange(len(profiles))
-    first = np.argmax(over, axis=1)
-    ended = over[rows, first]
-    peaks = np.where(ended, darkest[rows, first], darkest[:, -1])
-    beyond = np.clip(first[:, None] + np.arange(int(_BEYOND / _STEP)), 0, len(reach) - 1)
-    outside = np.take_along_axis(profiles, beyond, axis=1).min(axis=1)
-    target = outside + edge * (peaks - outside)
-    # The last place before there at which it is still as dark as that.
-    dark = (profiles >= target[:, None]) & (np.arange(len(reach)) < first[:, None])
-    dark[:, 0] = True
-    before = len(reach) - 1 - np.argmax(dark[:, ::-1], axis=1)
-    after = np.minimum(before + 1, len(reach) - 1)
-    last, here = profiles[rows, before], profiles[rows, after]
-    share = np.clip((last - target) / np.maximum(last - here, 1e-6), 0.0, 1.0)
-    return np.where(ended, reach[before] + share * _STEP, np.nan), peaks
-
-
 def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     """Return the rim's width along each ray; where a wall prolongs it, its width elsewhere."""
     free = widths[~at_edge]
     known = free[np.isfinite(free)]
     # A rim that a wall prolongs on more than half of its way is as wide as on the rest.
-    typical = float(np.quantile(known, 0.4)) if len(known) else 1.0
+    typical = part_below(known, 0.4) if len(known) else 1.0
     plain = np.isfinite(widths) & (widths <= _TOO_WIDE * typical)
     filled = np.where(plain, widths, typical)
     # Where it is pale for a short way it seems narrow.
@@ -312,30 +337,45 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     if np.count_nonzero(narrow) <= _PALE_SHARE * len(widths):
         filled[narrow] = typical
     # A speck on the rim makes a few rays end early or late.
-    around = [np.roll(filled, k) for k in range(-_SPECK, _SPECK + 1)]
-    usual: Floats = np.median(around, axis=0)
+    usual: Floats = _core.running_median(filled, _SPECK)
     return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
 
 
-def _needed_levels(seen: Sequence[Sequence[_Region]]) -> tuple[float, ...]:
-    """Return the fewest levels that show every region twice (once if one level alone shows it).
+class _Shown(NamedTuple):
+    """A droplet that was seen: the area of its interior, and the levels at which it shows."""
+
+    area: float
+    levels: frozenset[float]
+
+
+def _rows(regions: Sequence[_Region]) -> Floats:
+    """Return centre x, y and area of regions, shape (n, 3), pixels."""
+    return np.array([[each.x, each.y, each.area] for each in regions]).reshape(-1, 3)
+
+
+def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Shown]:
+    """Return at which levels the droplets of a frame show.
 
     Parameters
     ----------
-    seen : sequence of list of _Region
-        In each frame, at all levels.
+    regions : sequence of _Region
+        Of the frame, at all levels.
+    shape : tuple of int
+        Of the frame.
     """
-    wanted: list[set[float]] = []  # for each region the levels at which it is there
-    for regions in seen:
-        rows = np.array([[r.x, r.y, r.area] for r in regions]).reshape(-1, 3)
-        levels = np.array([r.level for r in regions])
-        left = np.ones(len(regions), dtype=bool)
-        for k in np.argsort(-rows[:, 2]).tolist():
-            if left[k]:
-                away = np.hypot(rows[:, 0] - rows[k, 0], rows[:, 1] - rows[k, 1])
-                same = (away <= 0.25 * math.sqrt(rows[k, 2])) & (rows[:, 2] >= SAME * rows[k, 2])
-                left &= ~same
-                wanted.append(set(levels[same].tolist()))
+    rows, levels = _rows(regions), np.array([each.level for each in regions])
+    shown = []
+    for droplet in one_a_droplet(regions, shape):
+        away = np.hypot(rows[:, 0] - droplet.x, rows[:, 1] - droplet.y)
+        same = away <= 0.25 * math.sqrt(droplet.area)
+        same &= (rows[:, 2] >= SAME * droplet.area) & (SAME * rows[:, 2] <= droplet.area)
+        shown.append(_Shown(droplet.area, frozenset(levels[same].tolist())))
+    return shown
+
+
+def _needed_levels(shown: Sequence[_Shown]) -> tuple[float, ...]:
+    """Return the fewest levels that show every droplet twice (once if one level alone shows it)."""
+    wanted = [each.levels for each in shown]
     chosen: set[float] = set()
     missing = [min(2, len(levels)) for levels in wanted]
     while any(missing):
@@ -365,9 +405,8 @@ def _beyond(
 ) -> NDArray[np.int16]:
     """Return which other region is beyond the rim on each ray, -1 where none is."""
     height, width = owner.shape
-    places = border.points + (away + 1.5)[:, None] * border.normals
-    x = np.clip(np.rint(places[:, 0]), 0, width - 1).astype(int)
-    y = np.clip(np.rint(places[:, 1]), 0, height - 1).astype(int)
+    places = np.rint(border.points + (away + 1.5)[:, None] * border.normals)
+    x, y = np.clip(places, 0, (width - 1, height - 1)).astype(np.intp).T
     other = owner[y, x]
     return np.where(other == number, np.int16(-1), other)
 
@@ -406,8 +445,8 @@ def _is_gap(
     others = beyond[(beyond >= 0) & like_others[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
-    around = [regions[number].area for number in np.unique(others).tolist()]
-    if region.area > _GAP_SIZE * float(np.median(around)):
+    around = [regions[number].area for number in set(others.tolist())]
+    if region.area > _GAP_SIZE * part_below(np.array(around), 0.5):
         return False
     left, top, wide, high = cv2.boundingRect(region.walk)
     mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)

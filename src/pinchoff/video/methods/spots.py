@@ -28,15 +28,14 @@ from pinchoff.video.regions import (
     alike,
     border_of,
     closedness,
-    is_compact,
+    compact_part,
     is_ground,
     leaves_view,
     one_a_droplet,
-    outside_view,
-    sampled,
+    part_below,
+    seen_part,
     smoothed,
     standing_rows,
-    without_bays,
     without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
@@ -52,7 +51,10 @@ _REACH = 0.25  # of the radius: how far rays go to both sides
 _LEAST_REACH = 3.0  # pixels
 _VIEW_PX = 4.0  # from a spot to the edge of the view that cuts it
 _STEP = 0.5  # along rays, pixels
+_ON = 2.0  # pixels beyond the border, where another part of the spot may go on
+_ASTRAY = 3  # rays on either side of one that may go astray
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
+_FAINT_CUT = 0.3  # of the contrast of whole ones, that of one which the frame cuts
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
@@ -69,6 +71,7 @@ class _Spot(NamedTuple):
     move: Floats  # outwards to the edge, along each ray
     level: float
     score: float
+    contrast: float  # median, grey levels
 
 
 class Scene(NamedTuple):
@@ -104,40 +107,78 @@ class SpotSegmenter:
     minimum_area : float
         Of a droplet, pixels.
     scene : Scene
+    largest_cut : float
+        Of what the frame cuts, pixels: what is larger lies beyond a wall.
     """
 
-    def __init__(self, signal: Signal, window: int, minimum_area: float, scene: Scene) -> None:
+    def __init__(
+        self,
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        scene: Scene,
+        largest_cut: float = math.inf,
+    ) -> None:
         self.signal, self.window, self.scene = signal, window, scene
-        self.minimum_area = minimum_area
+        self.minimum_area, self._largest_cut = minimum_area, largest_cut
+        self._shown: list[tuple[float, float]] = []  # area and level of each spot that was kept
+        self._seen: dict[int, list[_Spot]] = {}  # in the frames from which it was learned
 
     @classmethod
     def learned(
-        cls, frames: Sequence[Frame], signal: Signal, window: int, minimum_area: float
+        cls,
+        frames: Sequence[Frame],
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        view: Pixels | None = None,
     ) -> SpotSegmenter:
-        """Return a segmenter for a clip, made from a sample of its frames."""
+        """Return a segmenter for a clip, made from a sample of its frames, and their view."""
         images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
         noise = float(np.median([noise_of(image) for image in images]))
-        scene = Scene(noise, (), outside_view(images), np.empty((0, 3)))
+        scene = Scene(noise, (), view, np.empty((0, 3)))
         first = cls(signal, window, minimum_area, scene)
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
         faintest = _FAINTEST * LEAST_CONTRAST * noise
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
         first.scene = scene = scene._replace(levels=tuple(levels.tolist()))
-        seen: list[Floats] = []
-        used: set[float] = set()
-        for frame in frames:
-            spots = first._spots(first._darkness(frame))
-            used.update(spot.level for spot in one_a_droplet(spots, frame.luma.shape))
-            seen.append(np.array([[s.x, s.y, s.area] for s in spots]).reshape(-1, 3))
-        scene = scene._replace(levels=tuple(sorted(used)), standing=standing_rows(seen))
-        return cls(signal, window, minimum_area, scene)
+        seen = {frame.number: first._spots(first._darkness(frame)) for frame in frames}
+        shown = [
+            (spot.area, spot.level)
+            for spots in seen.values()
+            for spot in one_a_droplet(spots, images[0].shape)
+        ]
+        rows = [
+            np.array([[s.x, s.y, s.area] for s in here]).reshape(-1, 3) for here in seen.values()
+        ]
+        scene = scene._replace(levels=_levels_of(shown), standing=standing_rows(rows))
+        learned = cls(signal, window, minimum_area, scene)
+        learned._shown, learned._seen = shown, seen
+        return learned
+
+    def between(self, area: float, largest_cut: float) -> SpotSegmenter:
+        """Return a segmenter for droplets from an area on: it may need fewer levels.
+
+        Parameters
+        ----------
+        area, largest_cut : float
+            Least area, and largest area of what the frame cuts, pixels.
+        """
+        levels = _levels_of([each for each in self._shown if each[0] >= area])
+        scene = self.scene._replace(levels=levels) if levels else self.scene
+        return SpotSegmenter(self.signal, self.window, area, scene, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        spots = [spot for spot in self._spots(dark) if not self._stands(spot)]
+        seen = self._seen.get(frame.number)
+        if seen is None:
+            seen = self._spots(dark)
+        else:
+            seen = [spot for spot in seen if spot.level in self.scene.levels]
+        spots = [spot for spot in seen if not self._stands(spot) and not self._is_beyond(spot)]
         height, width = dark.shape
-        kept = one_a_droplet(spots, dark.shape)
+        kept = _without_faint_cut(one_a_droplet(spots, dark.shape))
         owner = np.full(dark.shape, -1, dtype=np.int16)
         for number, spot in enumerate(kept):
             cv2.drawContours(owner, [spot.walk], -1, number, cv2.FILLED)
@@ -153,7 +194,7 @@ class SpotSegmenter:
             for neighbour in np.unique(other[meets]).tolist():
                 groups.join(number, neighbour)
             # Single rays go astray where droplets meet.
-            usual = np.median([np.roll(spot.move, k) for k in range(-3, 4)], axis=0)
+            usual = _core.running_median(spot.move, _ASTRAY)
             away = np.where(meets | border.at_edge, 0.0, usual)
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
@@ -170,6 +211,9 @@ class SpotSegmenter:
             for droplet, group in zip(found, numbers, strict=True)
             if droplet is not None
         ]
+
+    def _is_beyond(self, spot: _Spot) -> bool:
+        return bool(spot.area > self._largest_cut and spot.border.at_edge.any())
 
     def _stands(self, spot: _Spot) -> bool:
         row = np.array([spot.x, spot.y, spot.area])
@@ -191,14 +235,15 @@ class SpotSegmenter:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         walks, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         spots: list[_Spot] = []
         for place, walk in enumerate(walks):
             if hierarchy[0, place, 3] >= 0 or cv2.contourArea(walk) < 0.5 * self.minimum_area:
                 continue
-            whole = without_bays(walk)
-            if is_ground(whole, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
                 continue
-            if is_compact(whole):
+            whole = compact_part(walk)
+            if whole is not None:
                 parts = [whole]
             elif cv2.contourArea(walk) >= max(
                 2.0 * self.minimum_area, _SPARSE * cv2.contourArea(cv2.convexHull(walk))
@@ -244,8 +289,8 @@ class SpotSegmenter:
             )
             if not walks:
                 continue
-            part = without_bays(max(walks, key=cv2.contourArea))
-            if cv2.contourArea(part) >= 0.5 * self.minimum_area and is_compact(part):
+            part = compact_part(max(walks, key=cv2.contourArea))
+            if part is not None and cv2.contourArea(part) >= 0.5 * self.minimum_area:
                 parts.append(part)
         return parts
 
@@ -254,24 +299,34 @@ class SpotSegmenter:
         border = border_of(walk[:, 0, :], (width, height))
         area = cv2.contourArea(walk)
         reach = max(_LEAST_REACH, _REACH * math.sqrt(area / math.pi))
-        along = np.arange(-reach, reach + 1e-6, _STEP)
-        profiles = sampled(dark, border.points, border.normals, along)
-        third = max(1, len(along) // 4)
-        inner = profiles[:, :third].mean(axis=1)
-        outer = profiles[:, len(along) // 2 :].min(axis=1)
-        contrast = inner - outer
+        contrast, beyond, steep, place = _core.spot_edges(
+            dark, border.points, border.normals, reach, _STEP, _ON
+        ).T
         # Where it is as dark beyond, another part of the spot goes on.
-        beyond = profiles[:, int(np.searchsorted(along, 2.0))]
         open_ends = border.at_edge | (beyond > level)
         score = closedness(contrast, open_ends, self.scene.noise)
         if score <= 0.0:
             return None
-        steep = np.abs(np.diff(profiles[:, third:-third], axis=1)).max(axis=1) / _STEP
-        sharp = float(np.median(steep[~open_ends])) / max(float(np.median(contrast)), 1e-6)
-        half = 0.5 * (inner + outer)
+        usual = max(part_below(contrast, 0.5), 1e-6)
+        sharp = part_below(steep[~open_ends], 0.5) / usual
         x, y = border.points.mean(axis=0).tolist()
-        move = _crossing(profiles, along, half)
-        return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
+        move = np.where(np.isnan(place), 0.0, place)
+        return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp), usual)
+
+
+def _without_faint_cut(spots: Sequence[_Spot]) -> list[_Spot]:
+    """Return the spots without those that the frame cuts and that are pale beside whole ones.
+
+    At the frame's edge less of a border has to show, so that shades of the light pass for spots.
+    """
+    whole = [spot.contrast for spot in spots if not spot.border.at_edge.any()]
+    least = _FAINT_CUT * float(np.median(whole)) if whole else 0.0
+    return [spot for spot in spots if spot.contrast >= least or not spot.border.at_edge.any()]
+
+
+def _levels_of(shown: Sequence[tuple[float, float]]) -> tuple[float, ...]:
+    """Return the levels, in order, of spots given by area and level."""
+    return tuple(sorted({level for _, level in shown}))
 
 
 def _gaps(walks: Sequence[Walk], hierarchy: NDArray[np.int32], place: int) -> list[Walk]:
@@ -281,6 +336,18 @@ def _gaps(walks: Sequence[Walk], hierarchy: NDArray[np.int32], place: int) -> li
         gaps.append(walks[hole])
         hole = int(hierarchy[hole, 0])
     return gaps
+
+
+def _touches(cores: Pixels, row: int, column: int, radius: int, apart: int) -> bool:
+    """Return whether a disc is not farther than some pixels from what is in a mask."""
+    reach = radius + apart + 1
+    top, left = max(0, row - reach), max(0, column - reach)
+    around = cores[top : row + reach + 1, left : column + reach + 1]
+    disc = np.zeros_like(around)
+    cv2.circle(disc, (column - left, row - top), radius, 255, cv2.FILLED)
+    if apart:
+        disc = cv2.dilate(disc, np.ones((2 * apart + 1, 2 * apart + 1), np.uint8))
+    return bool(cv2.countNonZero(cv2.min(disc, np.ascontiguousarray(around))))
 
 
 def _cores(depth: Image, smallest: float) -> Pixels:
@@ -296,28 +363,11 @@ def _cores(depth: Image, smallest: float) -> Pixels:
         row, column = int(rows[k]), int(columns[k])
         if cores[row, column]:
             continue
-        radius = int(_NECK * smooth[row, column])
-        taken = np.zeros_like(cores)
-        cv2.circle(taken, (column, row), max(1, radius), 255, cv2.FILLED)
-        if cv2.countNonZero(cv2.min(taken, cores)):
+        radius = max(1, int(_NECK * smooth[row, column]))
+        if _touches(cores, row, column, radius, 0):
             # They meet: the neck between is not narrow, unless this one is well apart.
-            cv2.circle(taken, (column, row), max(1, radius // 2), 0, cv2.FILLED)
-            taken = np.zeros_like(cores)
-            cv2.circle(taken, (column, row), max(1, radius // 2), 255, cv2.FILLED)
-            grown = cv2.dilate(cores, np.ones((3, 3), np.uint8))
-            if cv2.countNonZero(cv2.min(taken, grown)):
+            radius = max(1, radius // 2)
+            if _touches(cores, row, column, radius, 1):
                 continue
-        cores |= taken
+        cv2.circle(cores, (column, row), radius, 255, cv2.FILLED)
     return cores
-
-
-def _crossing(profiles: Floats, along: Floats, half: Floats) -> Floats:
-    """Return where each profile falls through a level nearest to its middle; 0 if nowhere."""
-    above = profiles > half[:, None]
-    falls = above[:, :-1] & ~above[:, 1:]
-    cost = np.where(falls, np.abs(along[:-1] + 0.5 * _STEP)[None], np.inf)
-    best = np.argmin(cost, axis=1)
-    rows = np.arange(len(profiles))
-    here, after = profiles[rows, best], profiles[rows, best + 1]
-    share = np.clip((here - half) / np.maximum(here - after, 1e-6), 0.0, 1.0)
-    return np.where(falls[rows, best], along[best] + share * _STEP, 0.0)
