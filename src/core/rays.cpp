@@ -1,5 +1,7 @@
 // Bindings of rays across borders in pictures: shapes and types, nothing else.
 #include "pinchoff/rays.hpp"
+#include "pinchoff/across.hpp"
+#include "pinchoff/polar.hpp"
 
 #include "bindings.hpp"
 
@@ -97,6 +99,72 @@ void bind_rays(nb::module_& m) {
         "Of rays across the edge of a dark spot, `reach` to both sides of (n, 2) points, (n, 4): "
         "how much darker it is within\nthan outside, the darkness at `beyond`, the steepest "
         "change, and where it is halfway (NaN: nowhere).");
+    m.def(
+        "traced_outlines",
+        [](Rows image, Rows circles, int rays, int steps, Pair reach, int window, int bend,
+           double bending, double clear, double dim) {
+            const PolarRule rule{rays,
+                                 steps,
+                                 reach.first,
+                                 reach.second,
+                                 window,
+                                 bend,
+                                 static_cast<float>(bending),
+                                 static_cast<float>(clear),
+                                 static_cast<float>(dim)};
+            if (circles.shape(1) != 3)
+                throw nb::value_error(
+                    "circles must have three columns; got another number; give centre x, y and "
+                    "radius");
+            const Picture picture = picture_of(image);
+            PolarTrace tracer(rule);
+            const std::size_t count = circles.shape(0);
+            auto* found = new float[5 * count * static_cast<std::size_t>(rays)];
+            nb::capsule owner(found, [](void* p) noexcept { delete[] static_cast<float*>(p); });
+            std::vector<PolarPoint> points(static_cast<std::size_t>(rays));
+            for (std::size_t k = 0; k < count; ++k) {
+                const float* circle = circles.data() + 3 * k;
+                tracer.trace(picture, circle[0], circle[1], circle[2], points.data());
+                for (int ray = 0; ray < rays; ++ray) {
+                    const double angle = ray * (2.0 * kPi / rays);
+                    const PolarPoint& point = points[ray];
+                    const double away = point.reach * circle[2];
+                    const float row[5] = {static_cast<float>(circle[0] + away * std::cos(angle)),
+                                          static_cast<float>(circle[1] + away * std::sin(angle)),
+                                          point.contrast, point.inner, point.outer};
+                    for (std::size_t q = 0; q < 5; ++q)
+                        found[(q * count + k) * static_cast<std::size_t>(rays) + ray] = row[q];
+                }
+            }
+            return nb::ndarray<nb::numpy, float, nb::ndim<3>>(
+                found, {5, count, static_cast<std::size_t>(rays)}, owner);
+        },
+        "image"_a, "circles"_a, "rays"_a, "steps"_a, "reach"_a, "window"_a, "bend"_a, "bending"_a,
+        "clear"_a, "dim"_a,
+        "The closed outline with the most brightening outwards about each of (n, 3) circles of x, "
+        "y "
+        "and radius, (5, n, rays): x, y,\ncontrast, and the grey levels just inside and outside.");
+    m.def(
+        "across",
+        [](Rows image, Points points, Points normals, int reach, double far, int near, double faint,
+           double ended, double undone, double noise, std::tuple<double, double, double> halo) {
+            const auto [halo_reach, halo_dark, halo_core] = halo;
+            const Across seen = across(picture_of(image), points_of(points), points_of(normals),
+                                       {reach,
+                                        far,
+                                        near,
+                                        faint,
+                                        ended,
+                                        undone,
+                                        noise,
+                                        {halo_reach, halo_dark, halo_core}});
+            return std::tuple(seen.closed, seen.strength, seen.undone, seen.placed, seen.halo);
+        },
+        "image"_a, "points"_a, "normals"_a, "reach"_a, "far"_a, "near"_a, "faint"_a, "ended"_a,
+        "undone"_a, "noise"_a, "halo"_a,
+        "What is seen across an outline, (n, 2) points with outward normals: the share on which "
+        "something happens, how much,\nthe share on which it is undone farther out, and how much "
+        "of it happens on the outline, and whether it is the light about a dark rim.");
 }
 
 }  // namespace pinchoff

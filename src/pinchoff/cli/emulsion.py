@@ -20,7 +20,7 @@ from pinchoff.cli.options import (
     named_as_options,
     switch,
 )
-from pinchoff.cli.output import announce, bar, print_table
+from pinchoff.cli.output import announce, bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
 from pinchoff.support.numerals import counted
@@ -42,7 +42,7 @@ _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
-# The checkpoint is removed first: it counts on the others.
+# The checkpoint is removed first, because it refers to the others.
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
@@ -246,7 +246,7 @@ def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
 
 def _warn(study: SizeStudy) -> None:
     for remark in study.remarks:
-        print(f"warning: {remark}", file=sys.stderr)
+        warn(remark)
 
 
 def _print(made: _Made) -> None:
@@ -257,6 +257,6 @@ def _print(made: _Made) -> None:
         (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
     ]
     if run.balance["retired"]:
-        gone = f"{counted(int(run.balance['retired']), 'droplet')}, {100 * run.retired_share:.2g} %"
+        gone = f"{counted(run.balance['retired'], 'droplet')}, {100 * run.retired_share:.2g} %"
         rows.append(("taken out by guards", gone, "of all area"))
     print_table(("result", "value", "unit"), rows, left=(0, 2))

@@ -360,7 +360,7 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
 
 
 def _heights(members: pd.DataFrame, first: int) -> dict[int, float]:
-    """Give each droplet a height: those without daughters in turn, a mother amid hers."""
+    """Give each droplet a height: in turn, or in the middle of its daughters where it has some."""
     daughters: dict[int, list[int]] = {int(k): [] for k in members.index}
     for number, parent in members["parent"].items():
         if parent in daughters:

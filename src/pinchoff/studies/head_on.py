@@ -29,7 +29,7 @@ SPACING = 1.5
 
 _WIDE = 2.0  # length of the wide part, D0
 _SLOPE = 0.5  # length over which the width changes, D0
-_BEFORE, _BEHIND = 3.0, 3.0  # way of the first droplet before the wide part, of both behind it, D0
+_BEFORE, _BEHIND = 3.0, 3.0  # way before the wide part and behind it, D0
 _NEVER = 1e9  # K at which no film drains
 
 

@@ -46,6 +46,7 @@ _WIDE = (4, 2)  # the same, for spots
 _PARTS_OF_VIEW = 3.0  # largest droplets that fit beside each other into a packed scene
 _AS_GOOD = 0.92  # of the best score: then the method that comes first is taken
 _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
+_TWICE, _AS_MANY = 2.0, 0.85  # times the droplets of the best: then this share of its score will do
 _MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
 _NEAR_LEAST = 0.6  # of the usual diameter: where the least looked for is more, less is
@@ -274,9 +275,12 @@ def choose(
 
 def _best(trials: Sequence[Trial], pillars: bool) -> Trial:
     """Return the first of the trials that is as good as the best."""
-    best = max(trial.quality.score for trial in trials)
+    winner = max(trials, key=lambda each: each.quality.score).quality
+    best = winner.score
     for trial in trials:
         share = _AS_GOOD
+        if trial.quality.droplets >= _TWICE * winner.droplets:
+            share = _AS_MANY
         if trial.method == "rings":
             # They measure finest, and only they tell a droplet from the pillar that it touches,
             # which is not in what they see.
@@ -378,11 +382,11 @@ class _Contest:
 
     def _closer_look(self, trials: Sequence[Trial]) -> Trial:
         """Return the best of a method's trials, on more frames."""
-        best = trials[0]
-        near = [each for each in trials if each.quality.score >= _NEARLY * best.quality.score]
+        best, *others = trials
+        near = [each for each in others if each.quality.score >= _NEARLY * best.quality.score]
         closer = [
             self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
-            for each in near[:_FINALISTS]
+            for each in [best, *near][:_FINALISTS]
         ]
         return max(closer, key=lambda each: each.quality.score)
 

@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from pinchoff import _core
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, sampled, standing_rows
+from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, standing_rows
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
 
-_REACH, _STEP = 3.0, 1.0  # across an outline, pixels
-_NEAR = 4.0  # pixels to both sides within which an edge may be
+_REACH = 3  # across an outline, pixels
+_NEAR = 4  # pixels to both sides within which an edge may be
 _SHARP, _PLACED = 0.9, 0.15  # what a sharp edge on the outline shows; exponent of how much it does
 _FAINT = 0.25  # of the median change across the outline: less is a gap
 _ENDED = 0.3  # least share of a rim that ends outside
-_MOST = 120  # droplets of one frame that are looked at
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
 _HALO = 0.6  # radii from an outline inwards in which a darker rim makes a bright one a halo
 _HALO_DARK, _HALO_CORE = 0.4, 0.25  # how much darker than outside it is, and than the middle, halos
@@ -57,27 +57,6 @@ class Quality(NamedTuple):
     closed: float
     droplets: float
     persistent: float = math.nan
-
-
-def _rim(core: float, rim: Floats, beyond: Floats) -> Floats:
-    """Return how much darker a rim is than what it encloses, on each ray, grey levels.
-
-    A rim ends outside, but for places at a wall or at another droplet; what ends nowhere is the
-    surroundings of something smaller.
-
-    Parameters
-    ----------
-    core : float
-        Grey level of the middle.
-    rim, beyond : ndarray, shape (rays, samples)
-        Just within the outline, and outside.
-    """
-    darkest = rim.min(axis=1)
-    depth: Floats = core - darkest
-    ended: Floats = np.minimum(core, beyond.max(axis=1)) - darkest
-    if np.mean(ended >= _FAINT * max(float(np.median(depth)), 0.0)) >= _ENDED:
-        return depth
-    return ended
 
 
 class Picture(NamedTuple):
@@ -116,13 +95,11 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
     found : sequence of list of Droplet
         In each frame.
     """
-    score, shares, count = 0.0, [], 0
+    score, shares = 0.0, []
     standing = standing_rows([_rows(here) for here in found])
     for views, droplets in zip(pictures, found, strict=True):
         strongest = [view.strongest for view in views]
-        # Of very many a part stands for all.
-        every = 1 + len(droplets) // _MOST
-        for droplet in droplets[::every]:
+        for droplet in droplets:
             row = np.array([droplet.x, droplet.y, droplet.area])
             if droplet.cut or alike(standing, row).any():
                 continue
@@ -132,11 +109,10 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
-            score += every * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
+            score += (2.0 * sure - 1.0) * droplet.area**_WEIGHT
             shares.append(closed)
-            count += every
     frames = max(1, len(pictures))
-    return Quality(score / frames, float(np.mean(shares)) if shares else 0.0, count / frames)
+    return Quality(score / frames, float(np.mean(shares)) if shares else 0.0, len(shares) / frames)
 
 
 class _Across(NamedTuple):
@@ -176,57 +152,22 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
     noise : float
         Grey levels.
     """
-    height, width = image.shape
     points, normals, _ = border_of(outline)
-    middle = points.mean(axis=0)
-    radius = float(np.hypot(*(points - middle).T).mean())
-    along = np.arange(-_REACH, max(2.0 * _REACH, _FAR * radius), _STEP)
-    profiles = sampled(image, points, normals, along)
-    within = np.all((points > 1.0) & (points < np.array([width, height]) - 2.0), axis=1)
-    if not within.any():
-        return _Across(0.0, 0.0, 0.0, 0.0, False)
-    profiles = profiles[within]
-    on_it = np.arange(-_NEAR, _NEAR + 1e-6, 0.5 * _STEP)
-    close = sampled(image, points[within], normals[within], on_it)
-    centre = len(on_it) // 2
-    change = np.abs(close[:, centre + 3] - close[:, centre - 3])
-    placed = float(np.median(change / np.maximum(np.ptp(close, axis=1), 1.0)))
-    here = int(np.searchsorted(along, -1e-6))
-    near = int(np.searchsorted(along, _REACH))
-    edge = profiles[:, here + 1 : near + 1].mean(axis=1) - profiles[:, :here].mean(axis=1)
-    inside = (0.5 * (points + middle)).astype(np.float32)
-    core = float(np.median(cv2.remap(image, inside[:, 0], inside[:, 1], cv2.INTER_LINEAR)))
-    rim, beyond = profiles[:, : here + 2], profiles[:, here:]
-    # Dark against what is about it, by a rim or all over; or bright.
-    dark = np.maximum(edge, _rim(core, rim, beyond))
-    bright = np.maximum(-edge, _rim(-core, -rim, -beyond))
-    sign = 1.0 if np.median(dark) >= np.median(bright) else -1.0
-    happens = dark if sign > 0.0 else bright
-    least = max(_FAINT * float(np.median(happens)), LEAST_CONTRAST * noise)
-    outside = sign * profiles[:, here:]
-    undone = (np.maximum.accumulate(outside, axis=1) - outside).max(axis=1)
-    rise = outside.max(axis=1) - (sign * profiles[:, : here + 1]).min(axis=1)
-    return _Across(
-        float((happens >= least).mean()),
-        float(np.median(happens)),
-        float((undone >= _UNDONE * rise).mean()),
-        placed,
-        sign < 0.0 and _is_halo(image, points[within], normals[within], core, radius),
+    radius = float(np.hypot(*(points - points.mean(axis=0)).T).mean())
+    seen = _core.across(
+        image,
+        points,
+        normals,
+        _REACH,
+        max(2.0 * _REACH, _FAR * radius),
+        _NEAR,
+        _FAINT,
+        _ENDED,
+        _UNDONE,
+        LEAST_CONTRAST * noise,
+        (_HALO * radius, _HALO_DARK, _HALO_CORE),
     )
-
-
-def _is_halo(image: Image, points: Floats, normals: Floats, core: float, radius: float) -> bool:
-    """Return whether a bright rim lies about a dark one, which is the droplet's own.
-
-    Phase contrast shows a dark rim on the droplet's edge and light about it. Parameters are as in
-    `across`; `core` is the grey level of the middle.
-    """
-    inwards = np.arange(_REACH, -_HALO * radius, -_STEP)
-    profile = np.median(sampled(image, points, normals, inwards), axis=0)
-    outside, brightest = float(profile[0]), int(profile.argmax())
-    halo = float(profile[brightest]) - outside
-    darkest = float(profile[brightest:].min())
-    return outside - darkest >= _HALO_DARK * halo > 0.0 and core - darkest >= _HALO_CORE * halo
+    return _Across(*seen)
 
 
 def _how_sure(seen: _Across, rims: bool, strongest: float) -> float:

@@ -110,8 +110,12 @@ def without_dents(outline: Floats) -> Floats:
 
 def _outside_bays(walk: Walk, widest: float) -> Bools:
     """Return which points of a walk are not in bays up to a width, square roots of its area."""
+    return _outside(walk, cv2.convexHull(walk, returnPoints=False), widest)
+
+
+def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
+    """Return the same, of a walk whose convex hull goes through some of its places."""
     keep = np.ones(len(walk), dtype=bool)
-    hull = cv2.convexHull(walk, returnPoints=False)
     try:
         defects = cv2.convexityDefects(walk, hull)
     except cv2.error:  # walks that touch themselves
@@ -132,7 +136,24 @@ def _outside_bays(walk: Walk, widest: float) -> Bools:
 
 def is_compact(walk: Walk) -> bool:
     """Return whether a region is convex, not a sliver and not three-cornered."""
-    area, hull = cv2.contourArea(walk), cv2.convexHull(walk)
+    return _fills(cv2.contourArea(walk), cv2.convexHull(walk))
+
+
+def compact_part(walk: Walk) -> Walk | None:
+    """Return the walk round a region without narrow bays, or None if it is not compact then.
+
+    The same as `without_bays` and `is_compact`, with less work where it is clearly not.
+    """
+    corners = cv2.convexHull(walk, returnPoints=False)
+    hull = walk[corners[:, 0]]
+    if not _fills(cv2.contourArea(hull), hull):
+        return None
+    whole = walk[_outside(walk, corners, _BAY)]
+    return whole if _fills(cv2.contourArea(whole), hull) else None
+
+
+def _fills(area: float, hull: Walk) -> bool:
+    """Return whether an area fills its convex hull, which is not a sliver and no triangle."""
     if area < _CONVEX * cv2.contourArea(hull):
         return False
     _, sides, _ = cv2.minAreaRect(hull)
@@ -243,25 +264,21 @@ def border_of(line: NDArray[Any], size: tuple[int, int] | None = None) -> Border
     return Border(points, normals, at_edge)
 
 
+def part_below(values: Floats, share: float) -> float:
+    """Return the value below which a share of some values, one or more, lies."""
+    order = np.sort(values)
+    place = share * (len(order) - 1)
+    low = int(place)
+    high = min(low + 1, len(order) - 1)
+    return float(order[low] + (place - low) * (order[high] - order[low]))
+
+
 def smoothed(values: Floats) -> Floats:
     """Return values round a closed line, or rows of them, smoothed a little."""
     lines = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, values.shape[-1])
     padded = np.concatenate([lines[:, -8:], lines, lines[:, :8]], axis=1)
     smooth = cv2.GaussianBlur(padded, (0, 0), sigmaX=_SMOOTHING, sigmaY=0.01)
     return np.asarray(smooth[:, 8:-8]).reshape(values.shape)
-
-
-def sampled(dark: Image, points: Floats, normals: Floats, reach: Floats) -> Floats:
-    """Return the darkness along rays, shape (rays, samples)."""
-    x = (points[:, :1] + normals[:, :1] * reach).astype(np.float32)
-    y = (points[:, 1:] + normals[:, 1:] * reach).astype(np.float32)
-    rows = []
-    for start in range(0, len(x), 30_000):  # a table may not have more rows than fit in 16 bits
-        part = slice(start, start + 30_000)
-        rows.append(
-            cv2.remap(dark, x[part], y[part], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        )
-    return np.concatenate(rows)
 
 
 def closedness(contrast: Floats, at_edge: Bools, noise: float) -> float:
@@ -353,8 +370,10 @@ class Groups:
         self._parent = list(range(count))
 
     def _root(self, member: int) -> int:
-        while self._parent[member] != member:
-            member = self._parent[member]
+        parent = self._parent
+        while parent[member] != member:
+            parent[member] = parent[parent[member]]  # half as far the next time
+            member = parent[member]
         return member
 
     def join(self, one: int, other: int) -> None:

@@ -25,7 +25,7 @@ _SECONDS_TO_CONNECT = 10
 
 @contextmanager
 def connected(address: str) -> Iterator[Client]:
-    """Connect to a scheduler, such as ``tcp://127.0.0.1:8786``, and leave it in the end.
+    """Connect to a scheduler, such as ``tcp://127.0.0.1:8786``, until the block ends.
 
     Raises
     ------

@@ -53,14 +53,14 @@ def more_alike(image: Image, droplets: Sequence[Droplet]) -> list[Droplet]:
     examples = [each for each, alike in zip(whole, same, strict=True) if alike][:_MOST]
     scale = min(1.0, _RADIUS / radius)
     places = _places(image, examples, radius, scale)
-    taken = [np.array([each.x, each.y]) for each in droplets]
+    taken = np.array([[each.x, each.y] for each in droplets])
     outline = _mean_outline(examples)
     height, width = image.shape
     found = []
     for place in places:
-        if any(np.hypot(*(place - other)) < _APART * radius for other in taken):
+        if (np.hypot(*(place - taken).T) < _APART * radius).any():
             continue
-        taken.append(place)
+        taken = np.concatenate([taken, place[None]])
         points = outline + place
         inside = np.clip(points, 0.0, (width - 1.0, height - 1.0))
         x, y = _core.centroid(inside)

@@ -31,13 +31,13 @@ from pinchoff.video.regions import (
     alike,
     border_of,
     closedness,
-    is_compact,
+    compact_part,
     is_ground,
     leaves_view,
     one_a_droplet,
+    part_below,
     smoothed,
     standing_rows,
-    without_bays,
     without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
@@ -218,8 +218,8 @@ class EnclosedSegmenter:
                 continue
             if is_ground(walk, (dark.shape[1], dark.shape[0])):
                 continue
-            whole = without_bays(walk)
-            if is_compact(whole):
+            whole = compact_part(walk)
+            if whole is not None:
                 holes.append(whole)
         return self._along_rays(holes, dark, level)
 
@@ -277,7 +277,7 @@ class EnclosedSegmenter:
             border = region.border
             beyond = _beyond(away, border, owner, number)
             away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
-            for other in np.unique(beyond[beyond >= 0]).tolist():
+            for other in set(beyond[beyond >= 0].tolist()):
                 if not _is_surroundings(regions[other], region):
                     groups.join(number, other)
             away[border.at_edge] = 0.0
@@ -289,7 +289,7 @@ class EnclosedSegmenter:
                 found.append(None)
                 continue
             # The interior of what is whole ends at its rim, a rim's width before the dark edge.
-            rim = float(np.quantile(widths[number], _VIEW_QUANTILE))
+            rim = part_below(widths[number], _VIEW_QUANTILE)
             reach = max(_VIEW_PX, _VIEW_SHARE * rim)
             cut = bool(border.at_edge.any())
             cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
@@ -308,7 +308,7 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     free = widths[~at_edge]
     known = free[np.isfinite(free)]
     # A rim that a wall prolongs on more than half of its way is as wide as on the rest.
-    typical = float(np.quantile(known, 0.4)) if len(known) else 1.0
+    typical = part_below(known, 0.4) if len(known) else 1.0
     plain = np.isfinite(widths) & (widths <= _TOO_WIDE * typical)
     filled = np.where(plain, widths, typical)
     # Where it is pale for a short way it seems narrow.
@@ -384,9 +384,8 @@ def _beyond(
 ) -> NDArray[np.int16]:
     """Return which other region is beyond the rim on each ray, -1 where none is."""
     height, width = owner.shape
-    places = border.points + (away + 1.5)[:, None] * border.normals
-    x = np.clip(np.rint(places[:, 0]), 0, width - 1).astype(int)
-    y = np.clip(np.rint(places[:, 1]), 0, height - 1).astype(int)
+    places = np.rint(border.points + (away + 1.5)[:, None] * border.normals)
+    x, y = np.clip(places, 0, (width - 1, height - 1)).astype(np.intp).T
     other = owner[y, x]
     return np.where(other == number, np.int16(-1), other)
 
@@ -425,8 +424,8 @@ def _is_gap(
     others = beyond[(beyond >= 0) & like_others[beyond]]
     if len(others) < _GAP_SHARED * len(beyond):
         return False
-    around = [regions[number].area for number in np.unique(others).tolist()]
-    if region.area > _GAP_SIZE * float(np.median(around)):
+    around = [regions[number].area for number in set(others.tolist())]
+    if region.area > _GAP_SIZE * part_below(np.array(around), 0.5):
         return False
     left, top, wide, high = cv2.boundingRect(region.walk)
     mask = np.zeros((high + 2, wide + 2), dtype=np.uint8)

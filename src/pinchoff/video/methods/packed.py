@@ -43,11 +43,6 @@ _FAINT = 0.25  # exponent of contrast: that there is an edge says more than how 
 _FREE = 0.5  # of a droplet's area that no better droplet may cover
 _REFINING, _FINE = 2.5, 0.5  # how far an outline is moved at last, and in which steps, pixels
 _ROUNDS = 2  # of that
-_BATCH = 256  # candidates traced at once
-
-_ANGLES = np.arange(_RAYS) * (2.0 * np.pi / _RAYS)
-_COS = np.cos(_ANGLES).astype(np.float32)
-_SIN = np.sin(_ANGLES).astype(np.float32)
 
 
 class _Circles(NamedTuple):
@@ -56,9 +51,6 @@ class _Circles(NamedTuple):
     x: Image
     y: Image
     radius: Image
-
-    def some(self, which: slice) -> _Circles:
-        return _Circles(self.x[which], self.y[which], self.radius[which])
 
 
 class _Outlines(NamedTuple):
@@ -235,71 +227,13 @@ def _centres(edges: _Edges, shape: tuple[int, ...], radius: float) -> tuple[Plac
 
 def _traced(luma: Image, circles: _Circles, dim: float) -> _Outlines:
     """Return the closed outline with the most brightening about each circle's centre."""
-    starts = range(0, len(circles.x), _BATCH)
-    batches = [_batch(luma, circles.some(slice(k, k + _BATCH)), dim) for k in starts]
-    if not batches:
-        return _Outlines(*np.zeros((5, 0, _RAYS), dtype=np.float32))
-    return _Outlines(*(np.concatenate(parts) for parts in zip(*batches, strict=True)))
-
-
-def _batch(luma: Image, circles: _Circles, dim: float) -> _Outlines:
-    # Radii in a geometric series: small and large droplets are traced alike.
-    step = np.log(_FARTHEST / _NEAREST) / (_STEPS - 1)
-    samples = np.arange(_STEPS + 2 * _WINDOW - 1) - (_WINDOW - 0.5)
-    ratios = (_NEAREST * np.exp(step * samples)).astype(np.float32)
-    radii = (circles.radius[:, None] * ratios)[:, None, :]
-    x = circles.x[:, None, None] + radii * _COS[:, None]
-    y = circles.y[:, None, None] + radii * _SIN[:, None]
-    flat = (-1, ratios.size)
-    polar = cv2.remap(
-        luma, x.reshape(flat), y.reshape(flat), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    means = cv2.blur(polar, (_WINDOW, 1)).reshape(x.shape)
-    middle = _WINDOW // 2
-    inner = means[:, :, middle : middle + _STEPS]
-    outer = means[:, :, middle + _WINDOW : middle + _WINDOW + _STEPS]
-    brightening = outer - inner
-    contrast = brightening / (outer + inner + np.float32(2.0 * dim))
-    path = _closed_path(contrast)[:, :, None]
-    at = path + _peak(brightening, path)
-    reach = circles.radius[:, None] * (_NEAREST * np.exp(step * at[:, :, 0])).astype(np.float32)
+    rows = np.column_stack(circles).astype(np.float32)
+    reach = (_NEAREST, _FARTHEST)
     return _Outlines(
-        circles.x[:, None] + reach * _COS,
-        circles.y[:, None] + reach * _SIN,
-        *(np.take_along_axis(each, path, 2)[:, :, 0] for each in (contrast, inner, outer)),
+        *_core.traced_outlines(
+            luma, rows, _RAYS, _STEPS, reach, _WINDOW, _BEND, _BENDING, _CLEAR, dim
+        )
     )
-
-
-def _closed_path(contrast: Image) -> Places:
-    """Return the step on every ray, (n, rays), where a smooth path collects the most contrast.
-
-    Parameters
-    ----------
-    contrast : ndarray, shape (n, rays, steps)
-    """
-    count, rays, steps = contrast.shape
-    gain = np.minimum(contrast, np.float32(_CLEAR))
-    # The path starts a quarter turn early and ends one late, so that the turn between is closed.
-    early = rays // 4
-    order = np.arange(-early, rays + early) % rays
-    bends = sorted(range(-_BEND, _BEND + 1), key=abs)
-    best = np.zeros((count, steps + 2 * _BEND), dtype=np.float32)
-    best[:, :_BEND] = best[:, -_BEND:] = -np.inf
-    from_bend = np.zeros((len(order), count, steps), dtype=np.int8)
-    for ray, bent in zip(order, from_bend, strict=True):
-        total = best[:, _BEND : _BEND + steps].copy()
-        for bend in bends[1:]:
-            other = best[:, _BEND + bend : _BEND + bend + steps] - np.float32(_BENDING * abs(bend))
-            bent[other > total] = bend
-            np.maximum(total, other, out=total)
-        best[:, _BEND : _BEND + steps] = total + gain[:, ray]
-    path = np.zeros((count, rays), dtype=np.int64)
-    every = np.arange(count)
-    at = best[:, _BEND : _BEND + steps].argmax(axis=1)
-    for k in range(len(order) - 1, early - 1, -1):
-        path[:, order[k]] = at
-        at = at + from_bend[k][every, at]
-    return path
 
 
 def _peak(brightening: Image, path: Places) -> Image:
@@ -338,11 +272,17 @@ def _refined(luma: Image, points: Image) -> Image:
     profile = cv2.GaussianBlur(seen.reshape(-1, reach.size), (5, 1), 1.0)
     slope = np.gradient(profile, axis=1).reshape(where.shape[:3])
     # A neighbour's edge is passed over for the own one, unless rays on both sides prefer it.
-    slope = np.median([np.roll(slope, k, axis=1) for k in (-1, 0, 1)], axis=0).astype(np.float32)
+    slope = _middle_of(np.roll(slope, 1, axis=1), slope, np.roll(slope, -1, axis=1))
     best = slope.argmax(axis=2)[:, :, None]
     move = (best + _peak(slope, best)) * _FINE - _REFINING
     refined: Image = (points + move * outward).astype(np.float32)
     return refined
+
+
+def _middle_of(one: Image, two: Image, three: Image) -> Image:
+    """Return the median of three numbers, place by place."""
+    middle: Image = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))
+    return middle
 
 
 def _circles_of(outlines: _Outlines) -> _Circles:

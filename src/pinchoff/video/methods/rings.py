@@ -9,6 +9,7 @@ two droplets that touch.
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -16,6 +17,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import find_objects
 
 from pinchoff import _core
 from pinchoff.video.background import Background
@@ -280,16 +282,17 @@ class RingSegmenter:
             if bridge == 0.0 or bridge <= 2.0 * ring + 1.0:
                 continue
             walls = itertools.product(body.interiors[k], body.interiors[j])
-            if min(_distance(*pair) for pair in walls) >= _THINNEST_WALL * ring:
+            if not any(_is_nearer(*pair, _THINNEST_WALL * ring - 1.0) for pair in walls):
                 return False
         return True
 
     @staticmethod
     def _label_within(labels: NDArray[np.int32], hole: Walk) -> int:
         """Return the label that most pixels within a hole have."""
-        mask = np.zeros(labels.shape, dtype=np.uint8)
-        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED)
-        return int(np.bincount(labels[mask > 0]).argmax())
+        left, top, wide, high = cv2.boundingRect(hole)
+        mask = np.zeros((high, wide), dtype=np.uint8)
+        cv2.drawContours(mask, [hole], -1, 1, cv2.FILLED, offset=(-left, -top))
+        return int(np.bincount(labels[top : top + high, left : left + wide][mask > 0]).argmax())
 
     def _is_interior(self, alike: Image | None, ring: Pixels, hole: Walk) -> bool:
         return alike is None or Likeness.within(alike, ring, hole) >= self._levels.interior
@@ -316,16 +319,26 @@ def _is_in(claimed: Pixels, droplet: Droplet) -> bool:
     return 2 * cv2.countNonZero(cv2.min(own, claimed)) > cv2.countNonZero(own)
 
 
-def _distance(one: Walk, other: Walk) -> float:
-    """Return the thickness of the ring between two holes; their walks lie on it."""
-    squares = ((one[:, None, 0, :] - other[None, :, 0, :]) ** 2).sum(axis=2)
-    return float(np.sqrt(squares.min())) + 1.0
+def _is_nearer(one: Walk, other: Walk, limit: float) -> bool:
+    """Return whether a pixel of one walk is nearer than some pixels to one of another."""
+    one, other = _near(one, other, limit), _near(other, one, limit)
+    squares = ((one[:, None] - other[None]) ** 2).sum(axis=2)
+    return bool((squares < limit**2).any()) if limit > 0.0 else False
+
+
+def _near(one: Walk, other: Walk, limit: float) -> NDArray[np.int32]:
+    """Return the pixels of a walk, (n, 2), within a limit of the rectangle about another."""
+    reach = math.ceil(limit)
+    low, high = other[:, 0, :].min(axis=0) - reach, other[:, 0, :].max(axis=0) + reach
+    points = one[:, 0, :]
+    return points[np.all((points >= low) & (points <= high), axis=1)]
 
 
 def _bridge(one: Walk, other: Walk) -> float:
     """Return how wide the border is along which two parts of a region meet, pixels."""
-    near = np.abs(one[:, None, 0, :] - other[None, :, 0, :]).sum(axis=2) == 1
-    border = one[near.any(axis=1), 0, :]
+    points = _near(one, other, 1.0)
+    near = np.abs(points[:, None] - _near(other, one, 1.0)[None]).sum(axis=2) == 1
+    border = points[near.any(axis=1)]
     if not len(border):
         return 0.0
     extent = np.hypot(*(border[:, None] - border[None]).transpose(2, 0, 1)).max()
@@ -351,12 +364,17 @@ def _apart(ring: Pixels, body: _Body) -> list[Walk]:
     owner_of = np.zeros(int(nearest.max()) + 1, dtype=np.int32)
     owner_of[nearest[owner > 0]] = owner[owner > 0]
     whole = owner_of[nearest]
+    whole[region == 0] = 0
     parts = []
-    for number, holes in enumerate(body.interiors, start=1):
-        own = np.where((whole == number) & (region > 0), 255, 0).astype(np.uint8)
-        walks, _ = cv2.findContours(
-            own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=(left, top)
-        )
+    windows = find_objects(whole, max_label=len(body.interiors))
+    for number, (holes, part) in enumerate(zip(body.interiors, windows, strict=True), start=1):
+        walks: Sequence[Walk] = []
+        if part is not None:
+            own = np.where(whole[part] == number, 255, 0).astype(np.uint8)
+            corner = (left + part[1].start, top + part[0].start)
+            walks, _ = cv2.findContours(
+                own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE, offset=corner
+            )
         parts.append(max([*walks, holes[0]], key=len))
     return parts
 

@@ -28,13 +28,13 @@ from pinchoff.video.regions import (
     alike,
     border_of,
     closedness,
-    is_compact,
+    compact_part,
     is_ground,
     leaves_view,
     one_a_droplet,
+    part_below,
     smoothed,
     standing_rows,
-    without_bays,
     without_dents,
 )
 from pinchoff.video.signal import Image, Signal, noise_of
@@ -220,8 +220,8 @@ class SpotSegmenter:
                 continue
             if is_ground(walk, (dark.shape[1], dark.shape[0])):
                 continue
-            whole = without_bays(walk)
-            if is_compact(whole):
+            whole = compact_part(walk)
+            if whole is not None:
                 parts = [whole]
             elif cv2.contourArea(walk) >= max(
                 2.0 * self.minimum_area, _SPARSE * cv2.contourArea(cv2.convexHull(walk))
@@ -267,8 +267,8 @@ class SpotSegmenter:
             )
             if not walks:
                 continue
-            part = without_bays(max(walks, key=cv2.contourArea))
-            if cv2.contourArea(part) >= 0.5 * self.minimum_area and is_compact(part):
+            part = compact_part(max(walks, key=cv2.contourArea))
+            if part is not None and cv2.contourArea(part) >= 0.5 * self.minimum_area:
                 parts.append(part)
         return parts
 
@@ -285,7 +285,7 @@ class SpotSegmenter:
         score = closedness(contrast, open_ends, self.scene.noise)
         if score <= 0.0:
             return None
-        sharp = float(np.median(steep[~open_ends])) / max(float(np.median(contrast)), 1e-6)
+        sharp = part_below(steep[~open_ends], 0.5) / max(part_below(contrast, 0.5), 1e-6)
         x, y = border.points.mean(axis=0).tolist()
         move = np.where(np.isnan(place), 0.0, place)
         return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
@@ -305,6 +305,18 @@ def _gaps(walks: Sequence[Walk], hierarchy: NDArray[np.int32], place: int) -> li
     return gaps
 
 
+def _touches(cores: Pixels, row: int, column: int, radius: int, apart: int) -> bool:
+    """Return whether a disc is not farther than some pixels from what is in a mask."""
+    reach = radius + apart + 1
+    top, left = max(0, row - reach), max(0, column - reach)
+    around = cores[top : row + reach + 1, left : column + reach + 1]
+    disc = np.zeros_like(around)
+    cv2.circle(disc, (column - left, row - top), radius, 255, cv2.FILLED)
+    if apart:
+        disc = cv2.dilate(disc, np.ones((2 * apart + 1, 2 * apart + 1), np.uint8))
+    return bool(cv2.countNonZero(cv2.min(disc, np.ascontiguousarray(around))))
+
+
 def _cores(depth: Image, smallest: float) -> Pixels:
     """Return where the middles of the parts of a spot are, from the depth below its border."""
     size = max(3, int(2.0 * smallest)) | 1
@@ -318,16 +330,11 @@ def _cores(depth: Image, smallest: float) -> Pixels:
         row, column = int(rows[k]), int(columns[k])
         if cores[row, column]:
             continue
-        radius = int(_NECK * smooth[row, column])
-        taken = np.zeros_like(cores)
-        cv2.circle(taken, (column, row), max(1, radius), 255, cv2.FILLED)
-        if cv2.countNonZero(cv2.min(taken, cores)):
+        radius = max(1, int(_NECK * smooth[row, column]))
+        if _touches(cores, row, column, radius, 0):
             # They meet: the neck between is not narrow, unless this one is well apart.
-            cv2.circle(taken, (column, row), max(1, radius // 2), 0, cv2.FILLED)
-            taken = np.zeros_like(cores)
-            cv2.circle(taken, (column, row), max(1, radius // 2), 255, cv2.FILLED)
-            grown = cv2.dilate(cores, np.ones((3, 3), np.uint8))
-            if cv2.countNonZero(cv2.min(taken, grown)):
+            radius = max(1, radius // 2)
+            if _touches(cores, row, column, radius, 1):
                 continue
-        cores |= taken
+        cv2.circle(cores, (column, row), radius, 255, cv2.FILLED)
     return cores
