@@ -161,7 +161,7 @@ class _Known(NamedTuple):
     @property
     def shorter(self) -> int:
         """Shorter side of the picture, pixels."""
-        return min(self.frames[0].luma.shape)
+        return int(min(self.frames[0].luma.shape))
 
 
 def _rings(clip: _Known) -> Iterator[Variants]:

@@ -203,7 +203,8 @@ def standing_rows(seen: Sequence[Floats]) -> Floats:
     still, lingers = stays[:, 0], stays[:, 1]
     if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
         return nothing
-    return every[still]
+    kept: Floats = every[still]
+    return kept
 
 
 def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
