@@ -167,6 +167,10 @@ class EnclosedSegmenter:
         learned._shown, learned._seen = shown, moving
         return learned
 
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
     def without_smaller(self, area: float) -> EnclosedSegmenter:
         """Return a segmenter for droplets from an area on: it may need fewer levels."""
         least = _INTERIOR_SHARE * area

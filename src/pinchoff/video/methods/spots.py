@@ -144,6 +144,10 @@ class SpotSegmenter:
         learned._shown, learned._seen = shown, seen
         return learned
 
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
     def without_smaller(self, area: float) -> SpotSegmenter:
         """Return a segmenter for droplets from an area on: it may need fewer levels."""
         levels = _levels_of([each for each in self._shown if each[0] >= area])
