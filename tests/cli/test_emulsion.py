@@ -120,6 +120,7 @@ def test_physical_units_give_the_same_run(tmp_path):
 SHORT = CONFIG.replace("time = 12", "time = 9")
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_sweep_writes_a_folder_a_run_and_a_table(tmp_path):
     import pandas as pd
 

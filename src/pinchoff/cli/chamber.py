@@ -84,8 +84,7 @@ def chamber(
         ),
     ] = None,
     warn: Annotated[
-        bool,
-        switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE),
+        bool, switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE)
     ] = False,
     flow: Annotated[
         bool,

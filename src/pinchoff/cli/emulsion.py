@@ -257,6 +257,6 @@ def _print(made: _Made) -> None:
         (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
     ]
     if run.balance["retired"]:
-        gone = f"{counted(run.balance['retired'], 'droplet')}, {100 * run.retired_share:.2g} %"
+        gone = f"{counted(int(run.balance['retired']), 'droplet')}, {100 * run.retired_share:.2g} %"
         rows.append(("taken out by guards", gone, "of all area"))
     print_table(("result", "value", "unit"), rows, left=(0, 2))

@@ -105,11 +105,4 @@ def _write_clip(path: Path) -> None:
     ]
     scene, count = lane_scene(passages, microscope, seed=0)
     with bar("clip", count, "frames") as show:
-        film(
-            scene,
-            path,
-            count,
-            microscope=microscope,
-            laboratory=PAPER_LABORATORY,
-            progress=show,
-        )
+        film(scene, path, count, microscope=microscope, laboratory=PAPER_LABORATORY, progress=show)

@@ -127,10 +127,7 @@ def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
 
     samples = options["samples"]
     assert isinstance(samples, int)
-    with (
-        named_as_options(*options, table="TABLE"),
-        bar("bootstrap", samples) as show,
-    ):
+    with named_as_options(*options, table="TABLE"), bar("bootstrap", samples) as show:
         return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
 
 

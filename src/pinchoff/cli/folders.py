@@ -60,11 +60,7 @@ def results_in(
 
 
 def _refuse_results(
-    out: Path,
-    results: Sequence[str],
-    *,
-    overwrite: bool,
-    held: Callable[[Path], str] | None = None,
+    out: Path, results: Sequence[str], *, overwrite: bool, held: Callable[[Path], str] | None = None
 ) -> None:
     present = next((name for name in results if os.path.lexists(out / name)), None)
     if present is not None and not overwrite:

@@ -63,8 +63,7 @@ class CollisionOptions(ModelFileOptions):
         ),
     ] = None
     constants: Annotated[
-        list[str] | None,
-        set_option("NAME=VALUE", "Any other parameter, as line_tension=60"),
+        list[str] | None, set_option("NAME=VALUE", "Any other parameter, as line_tension=60")
     ] = None
     diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None
     obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None

@@ -142,7 +142,7 @@ class VideoOptions:
 @grouped
 def video(
     clips: Annotated[
-        list[Path], argument("FILES…", "Videos, TIFF stacks, folders of either or images")
+        list[Path], argument("FILES", "Videos, TIFF stacks, folders of either or images")
     ],
     measuring: VideoOptions,
     experiment: LaboratoryOptions,

@@ -192,10 +192,7 @@ class Evaluator:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # failed runs are counted below
             line = boundary(
-                model,
-                {"simulation_capillary_number": ca.tolist()},
-                progress=False,
-                **self._options,
+                model, {"simulation_capillary_number": ca.tolist()}, progress=False, **self._options
             )
         points = line.runs.groupby("point")
         thinnest = model.neck_thickness
