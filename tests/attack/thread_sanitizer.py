@@ -45,7 +45,7 @@ def main(build: str) -> None:
     print(f"simulate_many: {len(table)} collisions on 4 threads, {table['broke'].sum()} broke")
     starts = [[x, y, 0.9] for x in np.arange(6) * 1.3 for y in np.arange(6) * 1.3]
     for model in ("front-tracking", "deformable-particle"):
-        for coalescence in (None, po.Coalescence(10.0, stochastic=True)):
+        for coalescence in (None, po.Coalescence(0.01, stochastic=True)):
             run = po.simulate_emulsion(
                 po.Parameters(simulation_capillary_number=20, model=model, vertex_count=32),
                 time=3,
