@@ -33,6 +33,7 @@ _KINDS: dict[str, Callable[..., PillarArray]] = {
 """Makers of arrays, by kind; ``chamber`` is the device of `pinchoff.chamber`."""
 _LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
+_LONGEST_MARGIN = 1000.0  # D0; the mesh of the flow goes on through it
 _PLACES = 20_000  # tried for a droplet before the cell counts as full
 _AT_ONCE = 64  # of these are compared with the droplets that are there already
 
@@ -103,7 +104,9 @@ def read_array(table: Mapping[str, Any], beside: Path, diameter_um: float | None
             raise InputError.of("array.path", "the name of a file", values["path"], "quote it")
         values["path"] = beside / values["path"]
     margins = [
-        checked_number(f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0)
+        checked_number(
+            f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0, high=_LONGEST_MARGIN
+        )
         for name in ("before", "behind")
     ]
     if kind == "chamber":

@@ -60,7 +60,11 @@ def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture
             tile = cv2.imread(str(picture.path))
             if tile is not None:
                 tiles.append(_labelled(tile, picture.label))
-    sheet = _joined(tiles) if tiles else _labelled(np.full((80, 320, 3), 255, np.uint8), "none")
+    sheet = (
+        _joined(tiles)
+        if tiles
+        else _labelled(np.full((80, 320, 3), 255, np.uint8), "no collisions")
+    )
     with written_aside(Path(path)) as unfinished:
         unfinished.write_bytes(cv2.imencode(".png", sheet)[1].tobytes())
     return len(tiles)

@@ -77,6 +77,17 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
     return panels
 
 
+def diameters(areas_um2: NDArray[np.float64]) -> Axes:
+    """Draw a histogram of the diameters of circles with some areas, shape (n,), in µm²."""
+    with style.journal_style():
+        figure = style.new_figure(style.ONE_COLUMN, 2.0)
+        panel = figure.subplots()
+        panel.hist(np.sqrt(4.0 * areas_um2 / math.pi), _BINS, color=palette.UNBROKEN)
+        panel.set(xlabel="$D$ (µm)", ylabel="droplets")
+        panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    return panel
+
+
 def timeline(table: pd.DataFrame) -> Axes:
     """Draw every collision as a stroke at its contact time, one line for each clip.
 

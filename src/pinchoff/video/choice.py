@@ -26,8 +26,8 @@ from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle, known_obstacles, obstacles_of
 from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import outside_view
-from pinchoff.video.settings import SMALLEST_RIM_PX, VideoSettings
+from pinchoff.video.regions import outside_view, rows_of, standing_rows, without_standing
+from pinchoff.video.settings import SMALLEST_DROPLET_PX, SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import Signal, best_channel, noise_of, strong_tint
 
 T = TypeVar("T")
@@ -49,6 +49,11 @@ _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where 
 _TWICE, _AS_MANY = 2.0, 0.85  # times the droplets of the best: then this share of its score will do
 _MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
 _SMALL = 0.25  # of the usual diameter: what is smaller is none of the droplets
+_SMALLER = 0.5  # of the smallest droplet that is looked for: tried where none is found
+_HARDLY_LARGER = 1.5  # times that one, in diameter: then smaller ones are looked for too
+_MUCH_BETTER = 1.5  # times the score: then smaller ones are taken
+_MOVING = 3  # frames from which it is known what moves
+_LARGEST_CUT = 2.0  # times the largest whole droplet: what the frame cuts of one is no larger
 _NEAR_LEAST = 0.6  # of the usual diameter: where the least looked for is more, less is
 
 
@@ -154,14 +159,14 @@ class _Known(NamedTuple):
         """Those in which droplets may show."""
         return list(dict.fromkeys([self.channel, *([self.tint] if self.tint else [])]))
 
-    def view(self, signal: Signal) -> NDArray[np.uint8] | None:
-        """Return what is outside of the view: it is dark in all frames."""
-        return outside_view([signal.of(frame) for frame in _spread(self.frames, _VIEWED)])
+    def view(self) -> NDArray[np.uint8] | None:
+        """Return what is outside of the view: it is dark in all frames, in every colour."""
+        return outside_view([Signal().of(frame) for frame in _spread(self.frames, _VIEWED)])
 
     @property
     def shorter(self) -> int:
         """Shorter side of the picture, pixels."""
-        return min(self.frames[0].luma.shape)
+        return int(min(self.frames[0].luma.shape))
 
 
 def _rings(clip: _Known) -> Iterator[Variants]:
@@ -171,9 +176,9 @@ def _rings(clip: _Known) -> Iterator[Variants]:
 
 
 def _enclosed(clip: _Known) -> Iterator[Variants]:
+    view = clip.view()
     for inverted, parts in ((False, _WINDOWS), (True, _BRIGHT_WINDOWS)):
         signal = Signal(clip.channel, inverted)
-        view = clip.view(signal)
         for window in _odd(clip.shorter / part for part in parts):
             build = partial(
                 EnclosedSegmenter.learned,
@@ -186,11 +191,11 @@ def _enclosed(clip: _Known) -> Iterator[Variants]:
 
 
 def _spots(clip: _Known) -> Iterator[Variants]:
+    view = clip.view()
     for channel in clip.channels:
         for inverted in (False, True):
             sort: Variants = []
             signal = Signal(channel, inverted)
-            view = clip.view(signal)
             for window in _odd(clip.shorter / part for part in _WIDE):
                 build = partial(
                     SpotSegmenter.learned,
@@ -257,20 +262,57 @@ def choose(
     background = median_background(sample.frames)
     channel, tint = best_channel(sample.frames), strong_tint(sample.frames)
     clip = _Known(sample.frames, settings, background, channel, tint)
-    contest = _Contest(clip, sample.pairs)
     if segment is not None:
+        contest = _Contest(clip, sample.pairs)
         own = FunctionSegmenter(segment, settings.minimum_area_px)
         variant: Variant = (partial(_same, own), {"function": function_name(segment)})
         (trial,) = contest.tried({OWN: [[variant]]})
         return Choice(background, trial, [trial], contest.frames)
-    names = [settings.method] if settings.method is not None else list(METHODS)
+    choice = _among_methods(clip, sample.pairs)
+    if settings.minimum_diameter_um is None and _may_be_smaller(choice.trial):
+        least_um = _SMALLER * SMALLEST_DROPLET_PX * settings.pixel_um
+        smaller = settings.replace(minimum_diameter_um=least_um)
+        other = _among_methods(clip._replace(settings=smaller), sample.pairs)
+        better = other.trial.quality.score > _MUCH_BETTER * max(choice.trial.quality.score, 0.0)
+        if better and _move(other.trial):
+            choice = other
+    last = _without_small(choice.trial, given=settings.minimum_diameter_um is not None)
+    trials = [last if each is choice.trial else each for each in choice.trials]
+    return choice._replace(trial=last, trials=trials)
+
+
+def _among_methods(clip: _Known, pairs: Sequence[tuple[Frame, Frame]]) -> Choice:
+    """Return the best of the methods that may be used."""
+    contest = _Contest(clip, pairs)
+    wanted = clip.settings.method
+    names = [wanted] if wanted is not None else list(METHODS)
     trials = contest.tried({name: list(METHODS[name](clip)) for name in names})
     chosen = _best(trials, contest.at_pillars)
+    background = clip.background
     if isinstance(chosen.segmenter, RingSegmenter):
         background = chosen.segmenter.background
-    last = _without_small(chosen, given=settings.minimum_diameter_um is not None)
-    trials = [last if each is chosen else each for each in trials]
-    return Choice(background, last, trials, contest.frames)
+    return Choice(background, chosen, trials, contest.frames)
+
+
+def _may_be_smaller(trial: Trial) -> bool:
+    """Return whether nothing was found, or droplets hardly larger than the least looked for."""
+    usual = _usual_area(trial)
+    largest = 0.25 * math.pi * (_HARDLY_LARGER * SMALLEST_DROPLET_PX) ** 2
+    return trial.quality.score <= 0.0 or usual is None or usual < largest
+
+
+def _move(trial: Trial) -> bool:
+    """Return whether what was found moves, where that can be known: dust does not."""
+    seen = [rows_of(here) for here in trial.found]
+    return len(seen) < _MOVING or len(standing_rows(seen, always=True)) < sum(map(len, seen)) / 2
+
+
+def _usual_area(trial: Trial) -> float | None:
+    """Return the median area, weighted by area: half of what is covered is in larger droplets."""
+    areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
+    if not len(areas):
+        return None
+    return float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
 
 
 def _best(trials: Sequence[Trial], pillars: bool) -> Trial:
@@ -299,18 +341,17 @@ def _finds_more(trial: Trial, other: Trial) -> float:
 
 def _without_small(trial: Trial, *, given: bool) -> Trial:
     """Let a method leave out what is much smaller than its droplets usually are, unless `given`."""
-    areas = np.sort([each.area for found in trial.found for each in found if not each.cut])
-    segmenter = trial.segmenter
-    if not len(areas) or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+    segmenter, usual = trial.segmenter, _usual_area(trial)
+    if usual is None or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
         return trial
+    whole = [droplet.area for found in trial.found for droplet in found if not droplet.cut]
+    largest = _LARGEST_CUT * max(whole)
     if given:
-        return trial._replace(segmenter=segmenter.without_smaller(segmenter.minimum_area))
-    # The median weighted by area: half of the covered area is in larger droplets.
-    usual = float(areas[np.searchsorted(np.cumsum(areas), 0.5 * areas.sum())])
+        return trial._replace(segmenter=segmenter.between(segmenter.minimum_area, largest))
     least = max(min(segmenter.minimum_area, _NEAR_LEAST**2 * usual), _SMALL**2 * usual)
     kept = [[each for each in here if each.area >= least] for here in trial.found]
     variant = {**trial.variant, "minimum_area_px": least}
-    return trial._replace(segmenter=segmenter.without_smaller(least), variant=variant, found=kept)
+    return trial._replace(segmenter=segmenter.between(least, largest), variant=variant, found=kept)
 
 
 class _Contest:
@@ -373,7 +414,7 @@ class _Contest:
         frame = self.frames[len(self.frames) // 2 : len(self.frames) // 2 + 1]
 
         def tried(variant: Variant) -> Trial:
-            return self._trial(name, variant, frame, frame)
+            return _forgetting(self._trial(name, variant, frame, frame))
 
         firsts = [tried(sort[0]) for sort in sorts]
         best = max(range(len(sorts)), key=lambda k: firsts[k].quality.score)
@@ -385,7 +426,9 @@ class _Contest:
         best, *others = trials
         near = [each for each in others if each.quality.score >= _NEARLY * best.quality.score]
         closer = [
-            self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
+            _forgetting(
+                self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
+            )
             for each in [best, *near][:_FINALISTS]
         ]
         return max(closer, key=lambda each: each.quality.score)
@@ -409,12 +452,31 @@ class _Contest:
             (self._droplets(trial.segmenter, one), self._droplets(trial.segmenter, other))
             for one, other in self._pairs
         ]
+        if isinstance(trial.segmenter, RimSegmenter):
+            # The others know what stands still from what they learned from.
+            seen_in = [*trial.found, *(here for pair in pairs for here in pair)]
+            standing = standing_rows([rows_of(here) for here in seen_in])
+            segmenter = trial.segmenter.without(standing)
+            found = [without_standing(here, standing) for here in trial.found]
+            seen = quality([self._pictures[frame.number] for frame in self.frames], found)
+            trial = trial._replace(segmenter=segmenter, found=found, quality=seen)
+            pairs = [
+                (without_standing(one, standing), without_standing(other, standing))
+                for one, other in pairs
+            ]
         height, width = self.frames[0].luma.shape
         share = persistence(pairs, (width, height))
         if math.isnan(share):
             return trial
         seen = trial.quality
         return trial._replace(quality=seen._replace(score=seen.score * share, persistent=share))
+
+
+def _forgetting(trial: Trial) -> Trial:
+    """Let a method go of what it saw in the frames from which it learned: that takes memory."""
+    if isinstance(trial.segmenter, EnclosedSegmenter | SpotSegmenter):
+        trial.segmenter.forget()
+    return trial
 
 
 def _picture(frame: Frame, channel: str, *, rims: bool) -> Picture:

@@ -30,6 +30,8 @@ _FEW_FRAMES = 0.5  # of the clip: with droplets in fewer it is worth a word
 _SHORT_TRACK = 5  # frames: where most tracks are shorter they are fragments
 _LONG_CLIP = 20  # frames from which tracks can be judged
 _PROMISING = 0.3  # of the best score: another method that is worth a try
+_AS_GOOD, _OTHERWISE = 0.92, 0.25  # of the best score; how differently another method counts
+_SELDOM = 0.5  # of the droplets of a frame in the next one: with fewer a method is a guess
 
 
 class Measured(NamedTuple):
@@ -145,9 +147,29 @@ def measure_clip(
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
-    seen_of_all = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
-    warning = "; ".join(filter(None, [*notes, clip.warning, seen_of_all]))
+    told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
+    warning = "; ".join(filter(None, [*notes, clip.warning, told or _guessed(choice)]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _guessed(choice: Choice) -> str:
+    """Return that the method is a guess, and why; empty where it is none."""
+    seen, scores = choice.trial.quality, choice.scores()
+    if seen.persistent < _SELDOM:
+        return (
+            f"the choice of method {choice.method!r} is a guess: {100 * seen.persistent:.0f} % of "
+            "what it finds in a frame is again in the next; look at a preview"
+        )
+    for other in choice.trials:
+        count = other.quality.droplets
+        differs = abs(count - seen.droplets) > _OTHERWISE * seen.droplets
+        if other.method != choice.method and scores[other.method] >= _AS_GOOD and differs:
+            return (
+                f"the choice of method {choice.method!r} is a guess: it finds {seen.droplets:.1f} "
+                f"whole droplets a frame, {other.method!r}, with as good a score, {count:.1f}; "
+                "look at a preview"
+            )
+    return ""
 
 
 def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: Choice) -> str:

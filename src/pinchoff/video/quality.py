@@ -17,7 +17,7 @@ from scipy.optimize import linear_sum_assignment
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, standing_rows
+from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, rows_of, standing_rows
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -96,7 +96,7 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
         In each frame.
     """
     score, shares = 0.0, []
-    standing = standing_rows([_rows(here) for here in found])
+    standing = standing_rows([rows_of(here) for here in found])
     for views, droplets in zip(pictures, found, strict=True):
         strongest = [view.strongest for view in views]
         for droplet in droplets:
@@ -202,7 +202,7 @@ def persistence(
     """
     total, wrong = 0.0, 0.0
     for before, after in pairs:
-        old, new = _rows(before), _rows(after)
+        old, new = rows_of(before), rows_of(after)
         distance = np.hypot(*(old[:, None, :2] - new[None, :, :2]).transpose(2, 0, 1))
         largest = np.maximum(old[:, None, 2], new[None, :, 2])
         change = np.abs(old[:, None, 2] - new[None, :, 2]) / np.maximum(largest, 1e-6)
@@ -219,11 +219,6 @@ def persistence(
             inside[again] = False
             wrong += float(radii[inside].sum())
     return max(0.0, 1.0 - wrong / total) if total > 0.0 else math.nan
-
-
-def _rows(droplets: Sequence[Droplet]) -> Floats:
-    """Return centre x, y and area of droplets, shape (n, 3), pixels."""
-    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:

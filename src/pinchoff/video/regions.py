@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -47,10 +48,11 @@ _RIMMED = 0.42  # least share of the whole border: a quarter of a disc in a corn
 _CUT_SHARE = 0.04  # of the border along the dark edge of the view
 _VIEW_DARKEST = 0.002  # quantile of the grey levels that is as dark as it gets
 _VIEW_DARKNESS = 0.12  # of the way from there to the median grey level
+_VIEW_BLUR = 1 / 64  # of the shorter side of the frame: how wide its edge is, besides
 _VIEW_WIDTH = 1 / 16  # of the shorter side: what is narrower is a wall, not the edge of the view
 _STILL_PX, _STILL_AREA = 1.5, 0.08  # how much what stands still may seem to move and to change
 _STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise does to its border
-_STILL_SHARE = 0.75  # of the frames in which it is seen
+_STILL_SHARE = 0.6  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
 
@@ -123,9 +125,10 @@ def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
     if defects is None:
         return keep
     mouth = widest * math.sqrt(cv2.contourArea(walk))
-    for start, end, _, depth in defects.reshape(-1, 4).tolist():
+    rows = defects.reshape(-1, 4)
+    for start, end in rows[rows[:, 3] > 256, :2].tolist():  # deeper than a unit
         across = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
-        if depth > 256 and across <= mouth:  # a unit
+        if across <= mouth:
             if start < end:
                 keep[start + 1 : end] = False
             else:
@@ -145,7 +148,7 @@ def compact_part(walk: Walk) -> Walk | None:
     The same as `without_bays` and `is_compact`, with less work where it is clearly not.
     """
     corners = cv2.convexHull(walk, returnPoints=False)
-    hull = walk[corners[:, 0]]
+    hull = walk[corners.reshape(-1)]
     if not _fills(cv2.contourArea(hull), hull):
         return None
     whole = walk[_outside(walk, corners, _BAY)]
@@ -161,48 +164,74 @@ def _fills(area: float, hull: Walk) -> bool:
     return bool(long <= _LONGEST * max(short, 1.0) and area >= _FULL * short * long)
 
 
-def is_ground(walk: Walk, size: tuple[int, int]) -> bool:
+class Rectangle(NamedTuple):
+    """Part of a frame that can be seen, pixels; its edge is as wide as it is not sharp."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+    edge: float
+
+
+def seen_part(view: Pixels | None, size: tuple[int, int]) -> Rectangle:
+    """Return the part of a frame of some width and height that `outside_view` leaves."""
+    if view is None:
+        return Rectangle(0, 0, *size, _AT_EDGE + 1.0)
+    left, top, wide, high = cv2.boundingRect(cv2.compare(view, 0, cv2.CMP_EQ))
+    return Rectangle(left, top, wide, high, _AT_EDGE + 1.0 + _VIEW_BLUR * min(size))
+
+
+def is_ground(walk: Walk, seen: Rectangle) -> bool:
     """Return whether a region is what droplets are in: it goes from one edge to the other.
 
     Parameters
     ----------
     walk : ndarray, shape (n, 1, 2)
         Round it.
-    size : (int, int)
-        Width and height of the frame, pixels.
+    seen : Rectangle
+        What `seen_part` returns.
     """
     left, top, wide, high = cv2.boundingRect(walk)
-    if wide * high > _LARGEST * size[0] * size[1]:
+    if wide * high > _LARGEST * seen.width * seen.height:
         return True
-    near = _AT_EDGE + 1.0
-    across = left <= near and left + wide >= size[0] - near
-    return bool(across or (top <= near and top + high >= size[1] - near))
+    left, top = left - seen.left, top - seen.top
+    across = left <= seen.edge and left + wide >= seen.width - seen.edge
+    return bool(across or (top <= seen.edge and top + high >= seen.height - seen.edge))
 
 
-def standing_rows(seen: Sequence[Floats]) -> Floats:
+def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     """Return the regions that stand still while others move: walls, dust, a clock.
 
     Parameters
     ----------
     seen : sequence of ndarray, shape (n, 3)
         Centre x, y and area of the regions in each frame.
+    always : bool, optional
+        Whether to return them also where nothing else moves.
 
     Returns
     -------
     ndarray, shape (m, 3)
-        None where nothing moves, or most to and fro about its place: then what is there are the
-        droplets.
+        None where nothing moves, or much to and fro about its place and little farther: then what
+        is there are the droplets.
     """
     nothing = np.empty((0, 3))
     if len(seen) < 3:
         return nothing
     every = np.concatenate(seen)
     frames = np.repeat(np.arange(len(seen)), [len(rows) for rows in seen])
-    stays = np.array([_stays(every, frames, row, len(seen)) for row in every]).reshape(-1, 2)
+    stays = np.array([_stays(every, frames, row, len(seen)) for row in every], dtype=bool)
+    stays = stays.reshape(-1, 2)
     still, lingers = stays[:, 0], stays[:, 1]
-    if still.all() or np.count_nonzero(lingers & ~still) > 0.5 * len(every):
+    if always:
+        return every[still]
+    to_and_fro = np.count_nonzero(lingers & ~still)
+    travel = np.count_nonzero(~lingers)
+    if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
         return nothing
-    return every[still]
+    kept: Floats = every[still]
+    return kept
 
 
 def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
@@ -227,6 +256,23 @@ def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) ->
         return False, True
     places = np.array([every[same & (frames == k), :2].mean(axis=0) for k in set(frames[same])])
     return bool(np.hypot(*places.std(axis=0)) < _SPREAD_PX), True
+
+
+def rows_of(droplets: Sequence[Droplet]) -> Floats:
+    """Return centre x, y and area of droplets, shape (n, 3), pixels."""
+    return np.array([[droplet.x, droplet.y, droplet.area] for droplet in droplets]).reshape(-1, 3)
+
+
+def without_standing(droplets: Sequence[Droplet], standing: Floats) -> list[Droplet]:
+    """Return the droplets that are not near those that stand still, rows of centre and area."""
+    if not len(standing):
+        return list(droplets)
+    distance, share = _LINGERING * _STILL_PX, _LINGERING * _STILL_AREA
+    return [
+        each
+        for each, row in zip(droplets, rows_of(droplets), strict=True)
+        if not _agree(standing, row, distance, share).any()
+    ]
 
 
 def alike(rows: Floats, row: Floats) -> Bools:

@@ -14,7 +14,7 @@ import numpy as np
 from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.html_page import Page
-from pinchoff.figures.video_histograms import histograms, timeline
+from pinchoff.figures.video_histograms import diameters, histograms, timeline
 from pinchoff.support.numerals import counted
 from pinchoff.video import clip_folder
 from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
@@ -28,6 +28,7 @@ PAGE = "index.html"
 SHEET = "contact_sheet.png"
 
 _MOST_TOLD = 5  # clips whose warnings open the page
+_MOST_STILLS, _STILL_WIDTH = 12, 720  # clips that are shown; pixels
 _BEFORE_S = 0.5  # frames of the film that are shown before a contact
 
 MOST_SHOWN = 300
@@ -48,18 +49,25 @@ def write_report(result: VideoResult) -> list[Path]:
     table = result.collisions
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
-    page = Page(
-        "Droplets that meet obstacles",
-        f"{counted(len(table), 'collision')} in {counted(len(result.clips), 'clip')}: "
-        f"{int(accepted.sum())} accepted, of which {int((accepted & broke).sum())} broke.",
-        _notice(result.clips),
-    )
+    clips = counted(len(result.clips), "clip")
+    with_obstacles = any(clip.result.get("obstacles") for clip in result.clips)
+    title, lead = "Droplets in films", f"{_droplets(result.clips)} in {clips}; no obstacles."
+    if with_obstacles or len(table):
+        title = "Droplets that meet obstacles"
+        lead = (
+            f"{counted(len(table), 'collision')} in {clips}: {int(accepted.sum())} accepted, of "
+            f"which {int((accepted & broke).sum())} broke."
+        )
+    page = Page(title, lead, _notice(result.clips))
     explored = len(table) > 0 and write_folder_page(result.path)
     if explored:
         page.link(LINK, FOLDER_PAGE)
     elif len(table):
         page.paragraph(NO_PAGE)
     _gallery(page, pictures, len(table), shown)
+    _stills(page, result)
+    if not with_obstacles:
+        _sizes(page, result)
     if len(table):
         page.section("What was measured")
         if accepted.any():
@@ -95,6 +103,73 @@ def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int)
     page.gallery(
         (moment.picture.path, moment.picture.label, moment.film) for moment in drawn[:MOST_SHOWN]
     )
+
+
+def _droplets(clips: Sequence[ClipOutcome]) -> str:
+    return counted(sum(clip.result.get("tracks", 0) for clip in clips), "droplet")
+
+
+def _stills(page: Page, result: VideoResult) -> None:
+    """Add a frame of each annotated film; it opens the film at that moment."""
+    stills = []
+    for clip in result.clips[:_MOST_STILLS]:
+        still = _still(clip.folder / clip_folder.OVERLAY) if clip.result else None
+        if still is not None:
+            picture, second = still
+            path = (clip.folder / clip_folder.OVERLAY).relative_to(result.path).as_posix()
+            label = f"{clip.name}: {_droplets([clip])}, method {clip.result['method']}"
+            stills.append((picture, label, f"{quote(path)}#t={second:.2f}"))
+    if not stills:
+        return
+    page.section("What was found")
+    page.paragraph(
+        "From the middle of each clip. Are all droplets outlined, once, on their outer edge, and "
+        "nothing else?"
+        + (" A picture opens the annotated film at that moment." if len(stills) > 1 else "")
+        + (f" The first {_MOST_STILLS} clips." if len(result.clips) > _MOST_STILLS else "")
+    )
+    if len(stills) > 1:
+        page.gallery(stills)
+        return
+    picture, label, _ = stills[0]
+    page.figure(picture, label)
+    page.link("Open the annotated film", path)
+
+
+def _still(film: Path) -> tuple[bytes, float] | None:
+    """Return the middle frame of a film as a picture, and its time, seconds; None without one."""
+    import cv2
+
+    if not film.exists():
+        return None
+    reader = cv2.VideoCapture(str(film))
+    try:
+        middle = int(reader.get(cv2.CAP_PROP_FRAME_COUNT)) // 2
+        fps = reader.get(cv2.CAP_PROP_FPS)
+        reader.set(cv2.CAP_PROP_POS_FRAMES, middle)
+        known, frame = reader.read()
+    finally:
+        reader.release()
+    if not known or fps <= 0.0:
+        return None
+    scale = min(1.0, _STILL_WIDTH / frame.shape[1])
+    small = cv2.resize(frame, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".png", small)[1].tobytes(), middle / fps
+
+
+def _sizes(page: Page, result: VideoResult) -> None:
+    """Add a histogram of the droplets' diameters."""
+    import pandas as pd
+
+    path = result.path / clip_folder.TRACKS
+    if not path.exists():
+        return
+    tracks = pd.read_parquet(path, columns=["clip", "track_id", "area_um2", "cut"])
+    areas = tracks[~tracks["cut"]].groupby(["clip", "track_id"])["area_um2"].median()
+    if len(areas):
+        page.section("What was measured")
+        caption = "Diameter of the circle with a droplet's area, the median over its frames."
+        page.figure(diameters(areas.to_numpy()), caption)
 
 
 class _Moment(NamedTuple):

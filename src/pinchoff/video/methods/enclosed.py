@@ -27,6 +27,7 @@ from pinchoff.video.regions import (
     SAME,
     Border,
     Groups,
+    Rectangle,
     Walk,
     alike,
     border_of,
@@ -36,6 +37,7 @@ from pinchoff.video.regions import (
     leaves_view,
     one_a_droplet,
     part_below,
+    seen_part,
     smoothed,
     standing_rows,
     without_dents,
@@ -133,13 +135,21 @@ class EnclosedSegmenter:
     scene : Scene
     edge : float
         Where the outline lies, a fraction of the rim's darkness.
+    largest_cut : float
+        Of what the frame cuts, pixels: what is larger lies beyond a wall.
     """
 
     def __init__(
-        self, signal: Signal, window: int, minimum_area: float, scene: Scene, edge: float = 0.5
+        self,
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        scene: Scene,
+        edge: float = 0.5,
+        largest_cut: float = math.inf,
     ) -> None:
         self.signal, self.window, self.scene = signal, window, scene
-        self.minimum_area, self._edge = minimum_area, edge
+        self.minimum_area, self._edge, self._largest_cut = minimum_area, edge, largest_cut
         self._shown: list[_Shown] = []
         self._seen: dict[int, list[_Region]] = {}  # in the frames from which it was learned
 
@@ -167,12 +177,22 @@ class EnclosedSegmenter:
         learned._shown, learned._seen = shown, moving
         return learned
 
-    def without_smaller(self, area: float) -> EnclosedSegmenter:
-        """Return a segmenter for droplets from an area on: it may need fewer levels."""
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
+    def between(self, area: float, largest_cut: float) -> EnclosedSegmenter:
+        """Return a segmenter for droplets from an area on: it may need fewer levels.
+
+        Parameters
+        ----------
+        area, largest_cut : float
+            Least area, and largest area of what the frame cuts, pixels.
+        """
         least = _INTERIOR_SHARE * area
         levels = _needed_levels([each for each in self._shown if each.area >= least])
         scene = self.scene._replace(levels=levels) if levels else self.scene
-        return EnclosedSegmenter(self.signal, self.window, area, scene, self._edge)
+        return EnclosedSegmenter(self.signal, self.window, area, scene, self._edge, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
@@ -182,7 +202,12 @@ class EnclosedSegmenter:
             regions = self._moving(self._regions(dark))
         else:
             regions = [each for each in seen if each.level in self.scene.levels]
-        return self._outlined(one_a_droplet(regions, dark.shape), dark)
+        kept = [
+            each
+            for each in regions
+            if each.area <= self._largest_cut or not each.border.at_edge.any()
+        ]
+        return self._outlined(one_a_droplet(kept, dark.shape), dark)
 
     def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
         return [each for each in regions if not self._stands(each)]
@@ -199,9 +224,10 @@ class EnclosedSegmenter:
         return dark
 
     def _regions(self, dark: Image) -> list[_Region]:
-        return [each for level in self.scene.levels for each in self._enclosed(dark, level)]
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
+        return [each for level in self.scene.levels for each in self._enclosed(dark, level, seen)]
 
-    def _enclosed(self, dark: Image, level: float) -> list[_Region]:
+    def _enclosed(self, dark: Image, level: float, seen: Rectangle) -> list[_Region]:
         """Return the convex regions that what is darker than a level encloses."""
         rim = cv2.compare(dark, level, cv2.CMP_GT)
         # The frame's edge closes what it cuts.
@@ -216,7 +242,7 @@ class EnclosedSegmenter:
         for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
                 continue
-            if is_ground(walk, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
                 continue
             whole = compact_part(walk)
             if whole is not None:

@@ -19,6 +19,7 @@ from pinchoff import _core
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.alike import more_alike
 from pinchoff.video.reading import Frame
+from pinchoff.video.regions import without_standing
 from pinchoff.video.signal import Signal
 
 Image = NDArray[np.float32]
@@ -89,6 +90,8 @@ class RimSegmenter:
         Centre x, y and radius, pixels; they have dark rims too.
     signal : Signal, optional
         The picture in which rims are dark.
+    standing : ndarray, shape (n, 3), optional
+        Centre x, y and area of what stands still while droplets move: it is left out.
     """
 
     def __init__(
@@ -99,12 +102,27 @@ class RimSegmenter:
         score: float,
         obstacles: NDArray[np.float64],
         signal: Signal | None = None,
+        standing: NDArray[np.float64] | None = None,
     ) -> None:
+        self._standing = np.empty((0, 3)) if standing is None else standing
         self._radii = (0.5 * minimum_diameter, 0.5 * maximum_diameter)
         self._contrast = contrast
         self._score = score
         self._obstacles = obstacles
         self.signal = signal or Signal()
+
+    def without(self, standing: NDArray[np.float64]) -> RimSegmenter:
+        """Return a segmenter that leaves out what stands still."""
+        smallest, largest = (2.0 * radius for radius in self._radii)
+        return RimSegmenter(
+            smallest,
+            largest,
+            self._contrast,
+            self._score,
+            self._obstacles,
+            self.signal,
+            standing,
+        )
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the surest first; they may overlap."""
@@ -135,9 +153,8 @@ class RimSegmenter:
                 x, y = _core.centroid(inside)
                 cut = bool(np.any(inside != points))
                 droplets.append(Droplet(inside, _core.area(inside), x, y, cut, -1))
-        return droplets + [
-            each for each in more_alike(luma, droplets) if not self._on_obstacle(each)
-        ]
+        droplets += [each for each in more_alike(luma, droplets) if not self._on_obstacle(each)]
+        return without_standing(droplets, self._standing)
 
     def _on_obstacle(self, droplet: Droplet) -> bool:
         away = np.hypot(self._obstacles[:, 0] - droplet.x, self._obstacles[:, 1] - droplet.y)

@@ -24,6 +24,7 @@ from pinchoff.video.regions import (
     LEAST_CONTRAST,
     Border,
     Groups,
+    Rectangle,
     Walk,
     alike,
     border_of,
@@ -33,6 +34,7 @@ from pinchoff.video.regions import (
     leaves_view,
     one_a_droplet,
     part_below,
+    seen_part,
     smoothed,
     standing_rows,
     without_dents,
@@ -53,6 +55,7 @@ _STEP = 0.5  # along rays, pixels
 _ON = 2.0  # pixels beyond the border, where another part of the spot may go on
 _ASTRAY = 3  # rays on either side of one that may go astray
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
+_FAINT_CUT = 0.3  # of the contrast of whole ones, that of one which the frame cuts
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
@@ -69,6 +72,7 @@ class _Spot(NamedTuple):
     move: Floats  # outwards to the edge, along each ray
     level: float
     score: float
+    contrast: float  # median, grey levels
 
 
 class Scene(NamedTuple):
@@ -104,11 +108,20 @@ class SpotSegmenter:
     minimum_area : float
         Of a droplet, pixels.
     scene : Scene
+    largest_cut : float
+        Of what the frame cuts, pixels: what is larger lies beyond a wall.
     """
 
-    def __init__(self, signal: Signal, window: int, minimum_area: float, scene: Scene) -> None:
+    def __init__(
+        self,
+        signal: Signal,
+        window: int,
+        minimum_area: float,
+        scene: Scene,
+        largest_cut: float = math.inf,
+    ) -> None:
         self.signal, self.window, self.scene = signal, window, scene
-        self.minimum_area = minimum_area
+        self.minimum_area, self._largest_cut = minimum_area, largest_cut
         self._shown: list[tuple[float, float]] = []  # area and level of each spot that was kept
         self._seen: dict[int, list[_Spot]] = {}  # in the frames from which it was learned
 
@@ -144,11 +157,21 @@ class SpotSegmenter:
         learned._shown, learned._seen = shown, seen
         return learned
 
-    def without_smaller(self, area: float) -> SpotSegmenter:
-        """Return a segmenter for droplets from an area on: it may need fewer levels."""
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
+    def between(self, area: float, largest_cut: float) -> SpotSegmenter:
+        """Return a segmenter for droplets from an area on: it may need fewer levels.
+
+        Parameters
+        ----------
+        area, largest_cut : float
+            Least area, and largest area of what the frame cuts, pixels.
+        """
         levels = _levels_of([each for each in self._shown if each[0] >= area])
         scene = self.scene._replace(levels=levels) if levels else self.scene
-        return SpotSegmenter(self.signal, self.window, area, scene)
+        return SpotSegmenter(self.signal, self.window, area, scene, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
@@ -158,9 +181,9 @@ class SpotSegmenter:
             seen = self._spots(dark)
         else:
             seen = [spot for spot in seen if spot.level in self.scene.levels]
-        spots = [spot for spot in seen if not self._stands(spot)]
+        spots = [spot for spot in seen if not self._stands(spot) and not self._is_beyond(spot)]
         height, width = dark.shape
-        kept = one_a_droplet(spots, dark.shape)
+        kept = _without_faint_cut(one_a_droplet(spots, dark.shape))
         owner = np.full(dark.shape, -1, dtype=np.int16)
         for number, spot in enumerate(kept):
             cv2.drawContours(owner, [spot.walk], -1, number, cv2.FILLED)
@@ -194,6 +217,9 @@ class SpotSegmenter:
             if droplet is not None
         ]
 
+    def _is_beyond(self, spot: _Spot) -> bool:
+        return bool(spot.area > self._largest_cut and spot.border.at_edge.any())
+
     def _stands(self, spot: _Spot) -> bool:
         row = np.array([spot.x, spot.y, spot.area])
         return bool(alike(self.scene.standing, row).any())
@@ -208,9 +234,10 @@ class SpotSegmenter:
         return dark
 
     def _spots(self, dark: Image) -> list[_Spot]:
-        return [spot for level in self.scene.levels for spot in self._at_level(dark, level)]
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
+        return [spot for level in self.scene.levels for spot in self._at_level(dark, level, seen)]
 
-    def _at_level(self, dark: Image, level: float) -> list[_Spot]:
+    def _at_level(self, dark: Image, level: float, seen: Rectangle) -> list[_Spot]:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         walks, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
@@ -218,7 +245,7 @@ class SpotSegmenter:
         for place, walk in enumerate(walks):
             if hierarchy[0, place, 3] >= 0 or cv2.contourArea(walk) < 0.5 * self.minimum_area:
                 continue
-            if is_ground(walk, (dark.shape[1], dark.shape[0])):
+            if is_ground(walk, seen):
                 continue
             whole = compact_part(walk)
             if whole is not None:
@@ -285,10 +312,21 @@ class SpotSegmenter:
         score = closedness(contrast, open_ends, self.scene.noise)
         if score <= 0.0:
             return None
-        sharp = part_below(steep[~open_ends], 0.5) / max(part_below(contrast, 0.5), 1e-6)
+        usual = max(part_below(contrast, 0.5), 1e-6)
+        sharp = part_below(steep[~open_ends], 0.5) / usual
         x, y = border.points.mean(axis=0).tolist()
         move = np.where(np.isnan(place), 0.0, place)
-        return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp))
+        return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp), usual)
+
+
+def _without_faint_cut(spots: Sequence[_Spot]) -> list[_Spot]:
+    """Return the spots without those that the frame cuts and that are pale beside whole ones.
+
+    At the frame's edge less of a border has to show, so that shades of the light pass for spots.
+    """
+    whole = [spot.contrast for spot in spots if not spot.border.at_edge.any()]
+    least = _FAINT_CUT * float(np.median(whole)) if whole else 0.0
+    return [spot for spot in spots if spot.contrast >= least or not spot.border.at_edge.any()]
 
 
 def _levels_of(shown: Sequence[tuple[float, float]]) -> tuple[float, ...]:
