@@ -93,7 +93,8 @@ def test_results(done):
     assert len(outlines.measure()) > result["frames"]
     page = (done / "index.html").read_text(encoding="utf-8")
     assert "2 collisions in 1 clip" in page
-    assert page.count('class="picture"') == 2  # two figures; the collisions stand in the gallery
+    # A frame and two figures; the collisions stand in the gallery.
+    assert page.count('class="picture"') == 3
 
 
 def test_annotated_clip_shows_every_frame(done):
@@ -225,7 +226,6 @@ def test_settings_from_a_file(filmed, tmp_path):
     assert result["settings"]["laboratory"]["obstacle_radius_um"] == 85.0
 
 
-@pytest.mark.usefixtures("unrendered")
 def test_packed_scene(filmed, tmp_path):
     out = tmp_path / "out"
     told = [*LABORATORY, "--packed", "--frames", "0:40", "--no-overlay"]

@@ -203,7 +203,7 @@ def test_every_outcome_of_a_search_is_a_number(table, critical):
 
 
 def test_known_constants_come_back(soft, search_only):
-    found = po.calibrate(soft, {"edge_stiffness": (1.5, 5)}, evaluations=25, **QUICK)
+    found = po.calibrate(soft, {"edge_stiffness": (1.5, 5)}, evaluations=14, **QUICK)
     assert found.best.changes["edge_stiffness"] == pytest.approx(2.4, rel=0.03)
     assert found.best.objective < 0.5 * found.start.objective
     assert found.parameters.edge_stiffness == found.best.changes["edge_stiffness"]
@@ -215,7 +215,7 @@ def test_a_known_conversion_comes_back(soft, search_only):
     moved = Line(soft.alpha * 1.25**-soft.beta, soft.beta)
     base = po.Parameters(edge_stiffness=2.4)
     target = po.LineTarget(*moved, control_range=(0.05, 0.25))
-    found = po.calibrate(target, ["conversion"], base, evaluations=25, **QUICK)
+    found = po.calibrate(target, ["conversion"], base, evaluations=14, **QUICK)
     assert found.best.changes["conversion"] == pytest.approx(1.25 * 9.8e-5, rel=0.03)
 
 
@@ -226,7 +226,7 @@ def test_simulated_collisions_give_their_constants_back(search_only):
     table = po.simulate_many(
         [base.replace(simulation_capillary_number=ca, offset=y) for ca, y in drawn], progress=False
     )
-    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, evaluations=25, **QUICK)
+    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, evaluations=14, **QUICK)
     assert found.best.changes["edge_stiffness"] == pytest.approx(2.4, rel=0.1)
 
 

@@ -21,7 +21,7 @@ from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 
 
-@grouped
+@grouped()
 def virtual(
     model: ModelOptions,
     out: Annotated[Path, option("FILE", "The table, .parquet or .csv", panel=OUTPUT)] = Path(

@@ -230,7 +230,8 @@ def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     travel = np.count_nonzero(~lingers)
     if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
         return nothing
-    return every[still]
+    kept: Floats = every[still]
+    return kept
 
 
 def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:
