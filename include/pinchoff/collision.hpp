@@ -64,7 +64,8 @@ private:
         if (island_.stopped()) return;
         finished_ =
             (broke && world_->model.stop_at_breakup != 0.0) || (island_.at_sample() && ended());
-        if (!finished_) island_.run_block(budget);
+        if (finished_) island_.look_for_crossings();
+        else island_.run_block(budget);
     }
 
     void sample_neck(int watched, std::size_t breakups_before);

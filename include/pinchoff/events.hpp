@@ -79,6 +79,14 @@ inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) c
     return Guard::none;
 }
 
+/// A run that ends is looked at once more: crossing edges are sought now and then only, and not
+/// among the daughters of a break-up that ends it.
+inline void Island::look_for_crossings() {
+    for (const Droplet& d : droplets_)
+        if (world_->kernels.self_intersects(d.ring.x, d.ring.y, d.ring.count))
+            return stop(Guard::self_intersection, d.id);
+}
+
 /// Necks: how far vertices may move before the neck of any droplet can pass the threshold. An
 /// earlier look still holds where it leaves room enough up to the next sample.
 inline Finding Island::look_at_necks(Look& look) const {

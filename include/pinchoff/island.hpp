@@ -76,6 +76,9 @@ public:
     /// Contact lists of the present positions, whatever happens there; a guard may stop the run.
     void list_contacts();
 
+    /// Crossing edges at the end of a run; the guard stops it.
+    void look_for_crossings();
+
 private:
     const World* world_;
     double start_ = 0, time_step_ = 0;

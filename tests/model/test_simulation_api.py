@@ -496,3 +496,23 @@ def test_a_break_up_before_contact_is_no_collision():
     assert table["breakup_time"][0] < table["contact_time"][0]
     assert table["accepted"].tolist() == [False, True]
     assert table["reject_reason"][0].startswith("broke before first contact")
+
+
+def test_the_last_outline_is_looked_at_too():
+    """Crossing edges are sought every ten samples; here they come in the last of them."""
+    thin = {"model": "front-tracking", "vertex_count": 32, "neck_thickness": 0.034663}
+    values = {"size_ratio": 2.4813, "simulation_capillary_number": 170.659, "offset": 0.0}
+    end = {"start_distance": 2.82558, "neck_separation": 0.332047, "follow_daughters": False}
+    with pytest.raises(po.SimulationError) as caught:
+        po.simulate(po.Parameters(**thin, **values, **end, time_limit=6.82268))
+    assert caught.value.guard == "self_intersection"
+
+
+def test_a_daughter_that_touches_as_she_is_made_is_no_collision():
+    values = {"size_ratio": 9.0393, "simulation_capillary_number": 254.473, "offset": 0.0}
+    values |= {"line_tension": 42.8418, "neck_thickness": 0.38637, "neck_separation": 0.1943}
+    row = po.simulate(po.Parameters(**values, vertex_count=64, start_distance=2.3862)).to_row()
+    assert row["breakup_time"] == row["contact_time"]
+    assert row["contact_area"] < row["small_daughter_area"] + row["large_daughter_area"] - 0.1
+    assert not row["accepted"]
+    assert row["reject_reason"].startswith("broke before first contact")

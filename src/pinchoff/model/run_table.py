@@ -193,7 +193,14 @@ def _reject_reasons(
 
 
 def _broke_early(result: dict[str, NDArray[np.float64]]) -> NDArray[np.bool_]:
-    early: NDArray[np.bool_] = result["breakup_time"] < result["contact_time"]
+    """Tell where the droplet that met the obstacle was no mother any more.
+
+    Where both times are the same it was a daughter if it was not much larger than the larger one.
+    """
+    small, large = result["small_daughter_area"], result["large_daughter_area"]
+    daughter = result["contact_area"] < large + 0.5 * small
+    time, contact_time = result["breakup_time"], result["contact_time"]
+    early: NDArray[np.bool_] = (time < contact_time) | ((time == contact_time) & daughter)
     return early
 
 
