@@ -4,7 +4,7 @@ Each figure is from CPU time of this process, the best of several rounds in whic
 take turns; ratios are between contestants of one run. Wall time is used for two threads only, and
 means nothing on a busy machine: then look at the share of work that runs on one thread.
 
-    python benchmarks/emulsion.py [--quick]
+    python benchmarks/emulsion.py [--quick] [--rows]
 
 Prints tables and writes them to benchmarks/results/.
 """
@@ -214,7 +214,8 @@ def through_twenty_rows(
 ) -> dict[str, float]:
     """Droplets enter until so many have passed all rows and left; CPU seconds, what happened.
 
-    `coalescence`: K Ca_sim, s and whether 1/t_d is a rate; nothing where droplets do not merge.
+    At each quarter of the way also CPU time so far and resident memory. `coalescence`: K Ca_sim, s
+    and whether 1/t_d is a rate; nothing where droplets do not merge.
     """
     run = run_of(
         model,
@@ -230,15 +231,20 @@ def through_twenty_rows(
         threads=2,
     )
     start, wall = time.process_time(), time.perf_counter()
-    while balance(run)["left"] < count:
+    quarters: dict[str, float] = {}
+    while (left := balance(run)["left"]) < count:
         run.advance(5)
         run.take_events()
-        if run.failed:
-            break
+        reached = int(4 * left / count)
+        if reached and f"rss_mb_{reached}" not in quarters:
+            quarters[f"cpu_s_{reached}"] = time.process_time() - start
+            quarters[f"rss_mb_{reached}"] = resident() / 1e6
     done = balance(run)
     return {
         "cpu_s": time.process_time() - start,
         "wall_s": time.perf_counter() - wall,
+        "rss_mb": resident() / 1e6,
+        **quarters,
         **{name: done[name] for name in BECAME},
         "rate": done["vertex_updates"] / (time.process_time() - start),
     }
@@ -295,13 +301,14 @@ def frame_cost(folder: Path) -> dict[str, float]:
     return costs
 
 
+def resident() -> int:
+    """Bytes of resident memory of this process, where the system tells."""
+    status = Path("/proc/self/status")
+    return int(status.read_text().split("VmRSS:")[1].split()[0]) * 1024 if status.exists() else 0
+
+
 def memory_per_droplet() -> float:
     """Bytes of resident memory that a droplet of 64 vertices takes, outlines and lists."""
-
-    def resident() -> int:
-        status = Path("/proc/self/status").read_text()
-        return int(status.split("VmRSS:")[1].split()[0]) * 1024
-
     before = resident()
     run = run_of(MODELS[0], lattice(10_000, 2.0))
     run.advance(2)
@@ -319,6 +326,18 @@ def print_rates(console: Console, title: str, rates: dict[str, dict[str, float]]
     for model, values in rates.items():
         table.add_row(model, *(f"{value:.3g}" for value in values.values()))
     console.print(table)
+
+
+def measure_rows(quick: bool, console: Console) -> dict[str, Any]:
+    """Droplets through twenty rows of pillars, with both models, without and with merging."""
+    results: dict[str, Any] = {"instruction set": _core.instruction_set()}
+    array, flow = array_scene(*((2, 4) if quick else (10, 20)))
+    count = 10 if quick else 1000
+    for title, how in (("through the rows", NOTHING), ("the same, merging", MERGING)):
+        results[title] = {m: through_twenty_rows(m, count, array, flow, how) for m in MODELS}
+        for model, values in results[title].items():
+            console.print(f"{title}, {model}:", {k: round(v, 1) for k, v in values.items()})
+    return results
 
 
 def measure(quick: bool, console: Console) -> dict[str, Any]:
@@ -368,19 +387,11 @@ def measure(quick: bool, console: Console) -> dict[str, Any]:
         return {"updates/s": rate, "retired": balance(run)["retired"]}
 
     table("500 droplets, area fraction 0.1, 200 pillars, sampled flow", dilutes)
-    array, flow = array_scene(*((2, 4) if quick else (10, 20)))
-    table(
-        "through the rows",
-        lambda m: through_twenty_rows(m, 10 if quick else 1000, array, flow),
-    )
-    table(
-        "the same, merging",
-        lambda m: through_twenty_rows(m, 10 if quick else 1000, array, flow, MERGING),
-    )
+    results |= measure_rows(quick, console)
     with tempfile.TemporaryDirectory() as folder:
         results["frame of 1000"] = frame_cost(Path(folder))
     console.print("frame of 1000 droplets:", results["frame of 1000"])
-    if Path("/proc/self/status").exists():
+    if resident():
         results["bytes a droplet"] = memory_per_droplet()
         console.print(f"memory: {results['bytes a droplet']:.0f} bytes a droplet of 64 vertices")
     return results
@@ -389,9 +400,11 @@ def measure(quick: bool, console: Console) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--quick", action="store_true", help="a minute's smoke test, no figures")
+    parser.add_argument("--rows", action="store_true", help="droplets through 20 rows alone")
     arguments = parser.parse_args()
     console = Console(width=100)
-    results = measure(arguments.quick, console)
+    measured = measure_rows if arguments.rows else measure
+    results = measured(arguments.quick, console)
     folder = HERE / "results"
     folder.mkdir(exist_ok=True)
     path = folder / f"emulsion-{datetime.now(UTC):%Y%m%dT%H%M%SZ}.json"

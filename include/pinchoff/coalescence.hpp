@@ -208,7 +208,8 @@ inline bool Island::merge(const Film& film) {
     Shape other{b.positions(), b.velocities()};
     for (Vec2& r : other.r) r = r + image;
     const double rest_area = a.ring.rest_area + b.ring.rest_area;
-    const int count = vertex_count(world_->model, std::sqrt(rest_area / kReferenceArea));
+    const int count = world_->vertices_for(std::sqrt(rest_area / kReferenceArea),
+                                           perimeter(one.r) + perimeter(other.r));
     const Vec2 velocity =
         1.0 / rest_area * (a.ring.rest_area * mean(one.v) + b.ring.rest_area * mean(other.v));
     Guard guard = Guard::none;

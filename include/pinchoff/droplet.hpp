@@ -213,6 +213,18 @@ inline int vertex_count(const Model& model, double diameter) {
     return std::max(kLeastVertices, static_cast<int>(std::lround(model.vertex_count * diameter)));
 }
 
+/// Outlines are not resolved further than to this many times the vertices of the round droplet.
+inline constexpr double kMostDrawnOut = 16.0;
+
+/// Vertices for a droplet of this diameter whose outline is so long, at the spacing of the round
+/// one.
+inline int vertex_count(const Model& model, double diameter, double perimeter) {
+    const int round = vertex_count(model, diameter);
+    const double spacing = rest_length(kReferenceArea * (diameter * diameter), round);
+    const double longer = std::clamp(perimeter / (round * spacing), 1.0, kMostDrawnOut);
+    return static_cast<int>(std::lround(round * longer));
+}
+
 /// That polygon; an edge of it, not a vertex, faces the obstacle.
 inline Droplet undeformed(const Model& model, const Start& s = {0, 0, 1}) {
     const double area = kReferenceArea * (s.diameter * s.diameter);

@@ -27,13 +27,15 @@ struct EmulsionSettings {
     Inlet inlet;
     double outlet = std::numeric_limits<double>::infinity();  // droplets beyond this x have left
     std::uint64_t seed = 0;
+    bool stops_at_guard = false;  // whether the first droplet that is taken out ends the run
 };
 
 class Emulsion {
 public:
     Emulsion(World world, const EmulsionSettings& settings, const std::vector<Start>& starts)
         : world_(std::move(world)), cell_(settings.cell), outlet_(settings.outlet),
-          inflow_(settings.inlet, settings.seed), window_(world_) {
+          stops_at_guard_(settings.stops_at_guard), inflow_(settings.inlet, settings.seed),
+          window_(world_) {
         for (const Start& s : starts) admit(undeformed(world_.model, s));
         ledger_.balance.start = static_cast<double>(starts.size());
     }
@@ -43,8 +45,7 @@ public:
     double time() const { return balance().windows * world_.sample_interval; }
     const std::vector<Droplet>& droplets() const { return droplets_; }
     const Balance& balance() const { return ledger_.balance; }
-    bool failed() const { return balance().area_retired > kRetiredLimit * balance().area_in; }
-    static constexpr double kRetiredLimit = 1e-3;
+    bool stopped() const { return stops_at_guard_ && balance().retired > 0; }
 
     /// The events since this was last asked.
     std::vector<EmulsionEvent> take_events() { return ledger_.take_events(); }
@@ -52,6 +53,8 @@ public:
     /// One window; `workers` and `for_each` as for Window::run.
     template <class ForEach>
     void advance(int workers, const ForEach& for_each) {
+        if (world_.fronts())
+            for_each(droplets_.size(), [&](int, std::size_t i) { follow_perimeter(droplets_[i]); });
         window_.run(droplets_, films_, time(), workers, for_each);
         take_over();
         ledger_.balance.windows += 1;
@@ -68,6 +71,7 @@ private:
     World world_;
     Box cell_;
     double outlet_;
+    bool stops_at_guard_;
     Inflow inflow_;
     Window window_;
     Ledger ledger_;
@@ -82,6 +86,7 @@ private:
         droplets_.push_back(std::move(droplet));
     }
 
+    void follow_perimeter(Droplet& d) const;
     void take_over();
     void take_films(const IslandResult& result, const auto& final_id);
     void drop_moved(const std::vector<char>& stays);
@@ -90,6 +95,24 @@ private:
     void let_in();
     void let_one_in(const Start& start);
 };
+
+/// Spaces a droplet anew that has been drawn out, or has drawn itself together again.
+inline void Emulsion::follow_perimeter(Droplet& d) const {
+    const std::vector<Vec2> r = d.positions();
+    const int wanted = vertex_count(world_.model, d.ring.diameter, perimeter(r));
+    if (wanted < kDrawnOut * d.ring.count && kDrawnIn * wanted > d.ring.count) return;
+    const Shape even = respace({r, d.velocities()}, wanted);
+    Droplet anew(world_.model, d.ring.rest_area, even.r, even.v);
+    anew.id = d.id;
+    anew.generation = d.generation;
+    anew.contacted = std::move(d.contacted);
+    anew.key = d.key;
+    anew.widest = d.widest;
+    anew.meetings = d.meetings;
+    anew.bridge = static_cast<int>(std::int64_t{d.bridge} * wanted / d.ring.count);
+    anew.mended = d.mended;
+    d = std::move(anew);
+}
 
 /// Takes over what became of the islands: droplets that stay, then those that are new, with numbers
 /// in the order of the islands, which is that of their first droplets.

@@ -26,7 +26,8 @@ std::vector<double> numbers_of(Numbers values) {
 void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, Triples droplets,
               Numbers cell, bool periodic_x, bool periodic_y, double window,
               double smallest_breaking, Numbers inlet, Numbers diameters, double outlet,
-              Numbers coalescence, std::uint64_t seed, int threads, bool exhaustive) {
+              Numbers coalescence, std::uint64_t seed, int threads, bool stops_at_guard,
+              bool exhaustive) {
     const Box box{cell.data()[0], cell.data()[1], cell.data()[2], cell.data()[3]};
     const Period period{periodic_x ? box.right - box.left : 0.0,
                         periodic_y ? box.top - box.bottom : 0.0};
@@ -46,16 +47,17 @@ void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, 
     settings.inlet = {in[0], in[1], in[2], in[3], numbers_of(diameters)};
     settings.outlet = outlet;
     settings.seed = seed;
+    settings.stops_at_guard = stops_at_guard;
     new (self)
         EmulsionRun{flow, Team(threads), Emulsion(std::move(world), settings, starts_of(droplets))};
 }
 
-/// Whole windows; fewer where Python has a signal or too much of the area was retired.
+/// Whole windows; fewer where Python has a signal or a guard ended the run.
 void advance_run(EmulsionRun& self, int windows) {
     SignalWatch watch;
     {
         const nb::gil_scoped_release release;
-        for (int w = 0; w < windows && !self.emulsion.failed() && !watch(); ++w)
+        for (int w = 0; w < windows && !self.emulsion.stopped() && !watch(); ++w)
             self.emulsion.advance(self.team.threads(), [&](std::size_t count, const auto& job) {
                 self.team.for_each(count, job);
             });
@@ -114,15 +116,16 @@ void bind_emulsion(nb::module_& m) {
         .def("__init__", &make_run, "model"_a, "flow"_a, "obstacles"_a, "droplets"_a, "cell"_a,
              "periodic_x"_a, "periodic_y"_a, "window"_a, "smallest_breaking"_a, "inlet"_a,
              "diameters"_a, "outlet"_a, "coalescence"_a, "seed"_a, "threads"_a,
-             "exhaustive"_a = false,
+             "stops_at_guard"_a = false, "exhaustive"_a = false,
              "model, obstacles (M, 3), droplets (K, 3) as for System; cell: left, right, bottom, "
              "top; inlet: x, bottom, top,\n"
              "area fraction (zero: none), with the (n,) diameters that are drawn from; "
              "coalescence: K Ca_sim,\n"
-             "s, and whether 1/t_d is a rate, or empty; exhaustive: one "
+             "s, and whether 1/t_d is a rate, or empty; stops_at_guard: the first droplet that is "
+             "taken out ends the run; exhaustive: one "
              "island in which everybody is compared with everybody, for comparison.")
         .def("advance", &advance_run, "windows"_a,
-             "Run so many windows, fewer when the run has failed. A signal ends it.")
+             "Run so many windows, fewer when a guard ended the run. A signal ends it.")
         .def("take_events", &take_events, "(n, len(EVENT_FIELDS)) since this was last asked.")
         .def("frame", &frame,
              "(numbers and generations (n, 2), offsets (n + 1), vertices (v, 2), velocities (v, "
@@ -145,7 +148,7 @@ void bind_emulsion(nb::module_& m) {
             },
             "state"_a, "Go on from a state of the same run.")
         .def_prop_ro("time", [](const EmulsionRun& self) { return self.emulsion.time(); })
-        .def_prop_ro("failed", [](const EmulsionRun& self) { return self.emulsion.failed(); });
+        .def_prop_ro("stopped", [](const EmulsionRun& self) { return self.emulsion.stopped(); });
 }
 
 }  // namespace pinchoff

@@ -2,7 +2,7 @@
 // The user's own collisions: points in the diagram, filters, and the measured droplet beside a simulated one.
 import { colour, label, surface } from "./canvas.js";
 import { rounded, shown } from "./parameters.js";
-import { drawOutline, drawPillar } from "./scene.js";
+import { drawOutline, drawPillar } from "./shapes.js";
 
 /**
  * A filmed passage, times and lengths in t0 = D0/v and D0, about the pillar's centre, along the flow.

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import copy
+import shutil
 
 import pytest
 
-from pinchoff.chamber.emulsion_sweep import sweep_runs
+from pinchoff.chamber.emulsion_sweep import run_on_cluster, sweep_runs
 
 BASE = {
     "time": 5,
@@ -53,3 +54,30 @@ def test_a_key_may_be_written_with_and_without_quotes():
 def test_a_wrong_sweep_is_refused_before_anything_runs(sweep, argument, word, refused):
     error = refused(argument, runs, **sweep)
     assert word in str(error)
+
+
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+def test_a_cluster_gives_the_bytes_that_threads_give(tmp_path):
+    distributed = pytest.importorskip("distributed")
+    pytest.importorskip("skfem", reason="its extra is not installed")
+    short = {**copy.deepcopy(BASE), "time": 0.5, "sweep": {"seed": [1, 2, 3]}}
+    made = sweep_runs(short)
+    flow = made[0].design.flow()
+    for one in made:
+        one.design.run(flow, tmp_path / "threads" / one.folder)
+    shutil.copytree(tmp_path / "threads/run-0001", tmp_path / "cluster/run-0001")
+    held = (tmp_path / "cluster/run-0001/checkpoint.npz").stat().st_mtime_ns
+    with distributed.Client(
+        processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None
+    ) as client:
+        arrived = list(run_on_cluster(made, tmp_path / "cluster", client))
+    assert arrived[0].folder == "run-0001"  # what was begun here is not run again
+    assert (tmp_path / "cluster/run-0001/checkpoint.npz").stat().st_mtime_ns == held
+    assert {one.folder for one in arrived} == {one.folder for one in made}
+    for one in made:
+        on_threads, on_cluster = (
+            {path.name: path.read_bytes() for path in (tmp_path / how / one.folder).iterdir()}
+            for how in ("threads", "cluster")
+        )
+        assert "checkpoint.npz" in on_threads
+        assert on_cluster == on_threads

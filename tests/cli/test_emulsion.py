@@ -47,6 +47,36 @@ def test_the_page_has_every_figure_and_a_second_run_goes_on(tmp_path):
     assert json.loads((tmp_path / "out" / "emulsion.json").read_text())["time"] == 14
 
 
+@pytest.mark.slow
+def test_a_run_that_a_guard_ends_has_its_page_which_says_so(tmp_path, capsys):
+    """Pillars thinner than the spacing of the vertices: they pass between two of them."""
+    coarse = CONFIG.replace("vertex_count = 32", 'vertex_count = 16\nmodel = "deformable-particle"')
+    coarse = coarse.replace("thickness = 0.5", "thickness = inf")  # no line of a pillar alone
+    coarse = coarse.replace("radius = 0.3", "radius = 0.03").replace("time = 12", "time = 6")
+    assert run(tmp_path, 'on_guard = "stop"\n' + coarse) == 0
+    said = capsys.readouterr().err
+    assert "warning: a guard ended the run at t = " in said
+    assert "warning: Errors were not measured, because" in said
+    page = (tmp_path / "out" / "index.html").read_text()
+    assert "A guard ended the run at t = " in page
+    assert "It was to take 6 t0" in page
+    assert "Guards took out 1 droplet" in page
+    report = json.loads((tmp_path / "out" / "emulsion.json").read_text())
+    assert report["stopped"]
+    assert report["time"] < 6
+    # The same file without that line goes on from there.
+    assert run(tmp_path, coarse) == 0
+    report = json.loads((tmp_path / "out" / "emulsion.json").read_text())
+    assert not report["stopped"]
+    assert report["time"] == 6
+
+
+def test_a_run_too_short_for_sizes_has_its_page_which_says_so(tmp_path, capsys):
+    assert run(tmp_path, CONFIG.replace("time = 12", "time = 0.05")) == 0
+    assert "not measured, because" in capsys.readouterr().err
+    assert "not measured, because" in (tmp_path / "out" / "index.html").read_text()
+
+
 @pytest.mark.parametrize(
     ("old", "new", "named"),
     [
@@ -57,6 +87,7 @@ def test_the_page_has_every_figure_and_a_second_run_goes_on(tmp_path):
         ("area_fraction = 0.3", "area_fraction = 2", "inlet.area_fraction must be"),
         ("before = 3", "before = 0", "array.before must be"),
         ("time = 12", "times = 12", "times must be"),
+        ("time = 12", 'time = 12\non_guard = "go"', "on_guard must be"),
         ("vertex_count = 32", "vertex_cout = 32", "parameters.vertex_cout must be"),
     ],
 )

@@ -11,7 +11,7 @@ import typer
 
 import pinchoff as po
 from pinchoff.cli import app, main
-from pinchoff.cli import options as shared
+from pinchoff.cli import model_options as shared
 from pinchoff.cli.assignments import read_list, read_pairs, read_value
 from pinchoff.model.presets import preset_names
 

@@ -327,7 +327,7 @@ def test_film_overwrites_nothing_unasked(filmed, tmp_path, capsys):
     sweep, clip = filmed.parent / "sweep", tmp_path / "clip.mp4"
     clip.write_text("precious")
     assert main(["film", str(sweep), "--out", str(clip)]) == 2
-    assert f"--out must be the name of a new file; got {clip}" in capsys.readouterr().err
+    assert f"--out must be a new file; got {clip}, which exists" in capsys.readouterr().err
     assert clip.read_text() == "precious"
     small = ["--most", "1", "--look", str(filmed.parent / "look.toml")]
     assert main(["film", str(sweep), "--out", str(clip), *small, "--overwrite"]) == 0
@@ -360,6 +360,6 @@ def test_summary_overwrites_nothing_unasked(filmed, tmp_path, capsys):
     picture.write_text("precious")
     summary = ["summary", str(filmed.parent / "sweep"), "--picture", str(picture)]
     assert main(summary) == 2
-    assert "--picture must be the name of a new file" in capsys.readouterr().err
+    assert "--picture must be a new file" in capsys.readouterr().err
     assert picture.read_text() == "precious"
     assert main([*summary, "--overwrite"]) == 0

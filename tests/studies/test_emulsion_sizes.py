@@ -143,12 +143,22 @@ def test_a_short_run_says_that_it_is_too_short():
     sizes, events = noisy_sizes(0.0)
     short = study_sizes(sizes[sizes["time"] < 20], events[events["time"] < 20])
     assert short.steady is None
-    assert any("Too short" in remark for remark in short.remarks)
+    assert any("steady was not measured" in remark for remark in short.remarks)
 
 
-def test_too_few_frames_are_refused(refused):
-    sizes = pd.DataFrame({"time": [0.0, 1.0], "diameter": [1.0, 1.0]})
-    refused("sizes", study_sizes, sizes, NO_EVENTS)
+def test_what_few_frames_cannot_tell_is_not_a_number_and_said():
+    sizes = pd.DataFrame({"time": [0.0, 1.0, 1.0], "diameter": [1.0, 1.0, 2.0]})
+    study = study_sizes(sizes, NO_EVENTS, start=0.0)
+    assert study.mean_diameter.value == pytest.approx(4 / 3)
+    assert study.rates["breakup"].value == 0.0
+    assert str(study.mean_diameter) == "1.333, error not measured"
+    assert any(remark.startswith("Errors were not measured") for remark in study.remarks)
+    one = study_sizes(sizes, NO_EVENTS)
+    assert (one.mean_diameter.value, str(one.rates["left"])) == (1.5, "not measured")
+    none = study_sizes(sizes[:0], NO_EVENTS)
+    assert str(none.mean_diameter) == "not measured"
+    assert none.steady is None
+    assert none.remarks[0].startswith("Sizes were not measured, because no frame")
 
 
 def breakup(time, droplet, daughters):

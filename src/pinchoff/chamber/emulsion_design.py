@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,7 +29,7 @@ from pinchoff.chamber.emulsion_tables import (
 )
 from pinchoff.model.arrays import Floats, PillarArray
 from pinchoff.model.emulsion import simulate_emulsion
-from pinchoff.model.emulsion_scene import WINDOW, Coalescence, Inlet
+from pinchoff.model.emulsion_scene import WINDOW, Coalescence, Inlet, checked_on_guard
 from pinchoff.model.parameters import Parameters
 from pinchoff.studies.emulsion_sizes import SizeStudy, study_sizes
 from pinchoff.studies.isolated_pillar import isolated_pillar
@@ -44,7 +45,10 @@ if TYPE_CHECKING:
     from pinchoff.model.flow import Flow
     from pinchoff.support.progress import Show
 
-_RUN = {"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0, "seed": 0, "outlines": True}
+_RUN = {
+    **{"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0},
+    **{"seed": 0, "outlines": True, "on_guard": "retire"},
+}
 _STOP = "stop_when_steady"
 _TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
 STRETCHES = 20
@@ -77,7 +81,8 @@ class EmulsionDesign:
     coalescence : Coalescence or None
         None: droplets do not merge.
     settings : dict
-        Of `pinchoff.simulate_emulsion`: interval, smallest_breaking, checkpoint, seed, outlines.
+        Of `pinchoff.simulate_emulsion`: interval, smallest_breaking, checkpoint, seed,
+        outlines, on_guard.
     stop_when_steady : bool
         Whether a run may end before its time: at the first of `STRETCHES` equal stretches after
         which its sizes are steady.
@@ -114,8 +119,9 @@ class EmulsionDesign:
         Parameters
         ----------
         config : mapping
-            ``time`` and, if wanted, ``interval``, ``smallest_breaking``, ``checkpoint``, ``seed``
-            and ``outlines`` of `pinchoff.simulate_emulsion`, and ``stop_when_steady``; tables
+            ``time`` and, if wanted, ``interval``, ``smallest_breaking``, ``checkpoint``, ``seed``,
+            ``outlines`` and ``on_guard`` of `pinchoff.simulate_emulsion`, and
+            ``stop_when_steady``; tables
             ``array`` (``kind`` and the arguments of `pinchoff.arrays`, or ``kind = "chamber"`` and,
             if wanted, the ``path`` of a device's file; ``before`` and ``behind``), ``flow``
             (``thickness``,
@@ -148,6 +154,7 @@ class EmulsionDesign:
         for name in ("outlines", _STOP):
             if not isinstance(config.get(name, False), bool):
                 raise InputError.of(name, "true or false", config[name], "write it without quotes")
+        checked_on_guard(config.get("on_guard", "retire"))
         tables = {name: table_of(config, name) for name in _TABLES if name in config}
         for name in ("array", "flow"):
             if name not in tables:
@@ -211,6 +218,15 @@ class EmulsionDesign:
         sampled = flow.sampled(pad=_PAD, periodic=self.periodic)
         if not self.stop_when_steady:
             return self._run_until(self.time, sampled, out, options)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # said once, at the end
+            run = self._run_until_steady(flow, sampled, out, options)
+        run.warn_of_guards()
+        return run
+
+    def _run_until_steady(
+        self, flow: ArrayFlow, sampled: Flow, out: Path, options: Mapping[str, Any]
+    ) -> Emulsion:
         run = self._run_until(self.time / STRETCHES, sampled, out, options)
         for k in range(1, STRETCHES + 1):
             end = self.time * k / STRETCHES
@@ -218,15 +234,12 @@ class EmulsionDesign:
             if end <= run.time - WINDOW + 1e-9:
                 continue
             run = self._run_until(end, sampled, out, options)
-            if self._is_steady(run, flow):
+            if run.stopped or self._is_steady(run, flow):
                 break
         return run
 
     def _is_steady(self, run: Emulsion, flow: ArrayFlow) -> bool:
-        try:
-            return self.study(run, flow).steady is True
-        except InputError:  # too few frames so far
-            return False
+        return self.study(run, flow).steady is True
 
     def _run_until(
         self, time: float, flow: Flow, out: Path, options: Mapping[str, Any]

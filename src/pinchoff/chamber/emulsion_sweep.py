@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import copy
 import itertools
-from collections.abc import Mapping
+import tempfile
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.chamber.emulsion_design import EmulsionDesign
+from pinchoff.model.emulsion_files import CHECKPOINT_NAME
+from pinchoff.studies.sweep.cluster import computed_on
 from pinchoff.support.errors import InputError
+from pinchoff.support.files import written_aside
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from pinchoff.model.emulsion_result import Emulsion
     from pinchoff.studies.emulsion_sizes import SizeStudy
 
@@ -100,6 +107,54 @@ def sweep_runs(config: Mapping[str, Any], beside: Path | None = None) -> list[Sw
     return runs
 
 
+def run_on_cluster(
+    runs: Sequence[SweepRun], folder: Path, client: Client
+) -> Generator[SweepRun, None, None]:
+    """Run designs on a Dask cluster, one a task, and yield each when its files are here.
+
+    The files are those that the run gives on threads. A run that was begun in its folder is left
+    to be gone on with there. Workers need no common disk.
+
+    Parameters
+    ----------
+    runs : sequence of SweepRun
+    folder : Path
+        Of the sweep.
+    client : distributed.Client
+
+    Raises
+    ------
+    InputError
+        The cluster has no workers, or they have another version of the package.
+    PinchoffError
+        The scheduler was lost, or a run took one worker after the other with it.
+    """
+    missing = []
+    for number, one in enumerate(runs):
+        if (folder / one.folder / CHECKPOINT_NAME).exists():
+            yield one
+        else:
+            missing.append(number)
+    given = ((number, runs[number].design) for number in missing)
+    with closing(computed_on(client, _run_files, given)) as results:
+        for number, files in results:
+            place = folder / runs[number].folder
+            place.mkdir(parents=True, exist_ok=True)
+            # The checkpoint last: it counts on the others.
+            for name in sorted(files, key=lambda name: (name == CHECKPOINT_NAME, name)):
+                with written_aside(place / name) as unfinished:
+                    unfinished.write_bytes(files[name])
+            yield runs[number]
+
+
+def _run_files(number: int, design: EmulsionDesign) -> tuple[int, dict[str, bytes]]:
+    """Run a design on a worker; return its number and the files of its folder."""
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place) / "run"
+        design.run(design.flow(), folder, threads=1)
+        return number, {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
 def summary_row(one: SweepRun, result: Emulsion, study: SizeStudy) -> dict[str, Any]:
     """Return what came of a run, as a row of the sweep's table."""
     row: dict[str, Any] = {"folder": one.folder, **one.values}
@@ -108,7 +163,12 @@ def summary_row(one: SweepRun, result: Emulsion, study: SizeStudy) -> dict[str, 
         row[name], row[f"{name}_error"] = getattr(study, name)
     for name in _RATES:
         row[f"{name}_rate"], row[f"{name}_rate_error"] = study.rates[name]
-    return row | {"residence_time": study.residence_time, "retired": result.balance["retired"]}
+    return row | {
+        "residence_time": study.residence_time,
+        "stopped": result.stopped,
+        "retired": result.balance["retired"],
+        "retired_share": result.retired_share,
+    }
 
 
 def _flat(given: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,7 +37,7 @@ from pinchoff.cli.virtual import virtual
 from pinchoff.support.errors import PinchoffError, refused_by_system
 from pinchoff.support.interruption import interrupted_by_signals
 
-# typer shows its parser's errors to the public only as the base class of this one.
+# Of typer's errors about what was typed only this subclass is public; all of them are caught.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 _INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise Abort

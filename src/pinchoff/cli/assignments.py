@@ -47,7 +47,7 @@ def read_pairs(
 
 
 def read_values(flag: str, texts: Iterable[str] | None, example: str) -> dict[str, Any]:
-    """Read pairs whose values are as TOML has them, or bare words.
+    """Read pairs whose values are written as in TOML, or are bare words.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def read_values(flag: str, texts: Iterable[str] | None, example: str) -> dict[st
 
 
 def read_value(place: str, text: str) -> Any:
-    """Read a value as TOML has it, or else as a bare word.
+    """Read a value that is written as in TOML, or else is a bare word.
 
     Raises
     ------

@@ -11,10 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_list, read_pairs
 from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.model_options import ModelFileOptions, set_option
 from pinchoff.cli.options import (
-    CONSTANTS,
     AsJson,
-    ModelFileOptions,
     OutFolder,
     Overwrite,
     flag_of,
@@ -55,13 +54,7 @@ def boundary(
     ] = None,
     constants: Annotated[
         list[str] | None,
-        option(
-            "NAME=LIST",
-            "Values of any other parameter, as line_tension=60,190; may be repeated. "
-            f"NAME is {', '.join(CONSTANTS)}",
-            "--set",
-            panel=_POINTS,
-        ),
+        set_option("NAME=LIST", "Values of any other parameter, as line_tension=60,190", _POINTS),
     ] = None,
     width: Annotated[
         float, option("NUMBER", "Largest width of a bracket, in S", panel=_POINTS)

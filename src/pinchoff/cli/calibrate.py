@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.model_options import ModelFileOptions
 from pinchoff.cli.options import (
     OUTPUT,
     AsJson,
-    ModelFileOptions,
     OutFolder,
     StartAnew,
     argument,

@@ -201,7 +201,7 @@ def _write(design: Chamber, violations: list[Violation], folder: Path) -> list[P
 def _flow(design: Chamber, violations: list[Violation], folder: Path) -> dict[str, Any]:
     """Compute the flow, draw it and a collision in it, and return the numbers.
 
-    The flow's are written before collisions are run.
+    Those of the flow are written before a collision is run.
     """
     from pinchoff.chamber import check_flow, compare_with_stokes
     from pinchoff.figures import style

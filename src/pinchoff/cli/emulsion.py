@@ -8,14 +8,27 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+from pinchoff.cli.cluster import Scheduler, cluster_client
 from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
-from pinchoff.cli.options import OUTPUT, AsJson, OutFolder, StartAnew, Workers, argument, switch
-from pinchoff.cli.output import announce, bar, print_table
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    OutFolder,
+    StartAnew,
+    Workers,
+    argument,
+    named_as_options,
+    switch,
+)
+from pinchoff.cli.output import announce, bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
+from pinchoff.support.numerals import counted
 from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import SweepRun
     from pinchoff.chamber.periodic_flow import ArrayFlow
@@ -29,7 +42,7 @@ _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
-# The checkpoint is removed first: it counts on the others.
+# The checkpoint is removed first, because it refers to the others.
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
@@ -37,6 +50,7 @@ def emulsion(
     config: Annotated[Path, argument("CONFIG.toml", "The array, the flow and the droplets")],
     out: OutFolder = "emulsion",
     workers: Workers = None,
+    scheduler: Scheduler = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
@@ -58,6 +72,10 @@ def emulsion(
 
     With a table \[sweep] every combination of the values it lists is run,
     each in a folder of its own, and DIR gets sweep.csv and a page of all.
+    With --scheduler these runs are made on a Dask cluster, one a task.
+
+    Where a guard ends a run, or it is too short for sizes, the page and a
+    warning say so, with what could be measured.
 
     A run that was stopped, in any way, goes on with the same command.
 
@@ -74,15 +92,22 @@ def emulsion(
     designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
     if movie:
         _require_movie(designs)
+    if scheduler is not None and not varied:
+        advice = "one run goes on the threads of one machine"
+        raise InputError.of("--scheduler", "left out without a table [sweep]", scheduler, advice)
+    with named_as_options("scheduler", "threads"):
+        cluster = cluster_client(scheduler, workers)
     with results_in(folder), going_on_with(out):
         if overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
                 remove_results(place, _PIECES)
         if varied:
-            _sweep(varied, folder, workers, movie, as_json)
+            with named_as_options("scheduler"), cluster as client:
+                _sweep(varied, folder, client, workers, movie, as_json)
             return
         made = _make(designs[0], folder, workers, movie)
-        announce(made.report, lambda: _print(made.study), made.files, as_json=as_json)
+        _warn(made.study)
+        announce(made.report, lambda: _print(made), made.files, as_json=as_json)
 
 
 def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
@@ -114,22 +139,28 @@ def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool
 
 
 def _sweep(
-    runs: Sequence[SweepRun], folder: Path, workers: int | None, movie: bool, as_json: bool
+    runs: Sequence[SweepRun],
+    folder: Path,
+    client: Client | None,
+    workers: int | None,
+    movie: bool,
+    as_json: bool,
 ) -> None:
-    """Run one design after the other, each on all threads; write the table and its page."""
+    """Run the designs, on a cluster or each on all threads; write the table and its page."""
     import pandas as pd
 
-    from pinchoff.chamber.emulsion_sweep import summary_row
+    from pinchoff.chamber.emulsion_sweep import run_on_cluster, summary_row
     from pinchoff.figures.pages.emulsion_page import sweep_page
 
-    rows = []
-    for number, one in enumerate(runs, start=1):
+    rows = {}
+    begun = runs if client is None else run_on_cluster(runs, folder, client)
+    for number, one in enumerate(begun, start=1):
         made = _make(one.design, folder / one.folder, workers, movie)
-        rows.append(summary_row(one, made.run, made.study))
+        rows[one.folder] = summary_row(one, made.run, made.study)
         if not as_json:
             values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
             print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
-    table = pd.DataFrame(rows)
+    table = pd.DataFrame([rows[one.folder] for one in runs])
     write_csv(folder / SWEEP, table)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
     report = {"runs": jsonable(table.to_dict("records"))}
@@ -205,17 +236,27 @@ def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
             "residence_time": study.residence_time,
             "time": run.time,
             "balance": run.balance,
+            "stopped": run.stopped,
+            "guard_report": run.guard_report,
+            "retired_share": run.retired_share,
         }
     )
     return report
 
 
-def _print(study: SizeStudy) -> None:
+def _warn(study: SizeStudy) -> None:
+    for remark in study.remarks:
+        warn(remark)
+
+
+def _print(made: _Made) -> None:
+    study, run = made.study, made.run
     rows = [("mean diameter", str(study.mean_diameter), "D0")]
     rows.append(("weighted by area", str(study.weighted_diameter), "D0"))
     rows += [
         (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
     ]
+    if run.balance["retired"]:
+        gone = f"{counted(run.balance['retired'], 'droplet')}, {100 * run.retired_share:.2g} %"
+        rows.append(("taken out by guards", gone, "of all area"))
     print_table(("result", "value", "unit"), rows, left=(0, 2))
-    for remark in study.remarks:
-        print(remark)

@@ -12,15 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.model_options import ModelFileOptions, changed, set_option
 from pinchoff.cli.options import (
-    CONSTANTS,
     MODEL,
     OUTPUT,
     AsJson,
-    ModelFileOptions,
     OutFolder,
     Overwrite,
-    changed,
     grouped,
     option,
     switch,
@@ -32,7 +30,6 @@ from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
-    from pinchoff.model.outlines import Outlines
     from pinchoff.model.parameters import Parameters
     from pinchoff.model.results import Collision
 
@@ -54,9 +51,21 @@ def _quantity(meaning: str, example: str) -> Any:
 
 
 @dataclass(frozen=True)
-class PhysicalOptions:
-    """Quantities from which the dimensionless groups follow."""
+class CollisionOptions(ModelFileOptions):
+    """The parameters of a collision: a preset or a file, and what is changed of it."""
 
+    size_ratio: Annotated[str | None, _number("D0/R, droplet over obstacle", "5.66")] = None
+    capillary: Annotated[str | None, _number("Ca_sim, viscous drag over line tension", "25")] = None
+    offset: Annotated[
+        str | None,
+        _number(
+            "Start off the axis: a number of D0, or a length as '20 um'", "0.05", "NUMBER|QUANTITY"
+        ),
+    ] = None
+    constants: Annotated[
+        list[str] | None,
+        set_option("NAME=VALUE", "Any other parameter, as line_tension=60"),
+    ] = None
     diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None
     obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None
     speed: Annotated[str | None, _quantity("Fluid, v", "1 mm/s")] = None
@@ -64,44 +73,60 @@ class PhysicalOptions:
     surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None
     thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None
 
+    def parameters(self) -> tuple[Parameters, str]:
+        """Return what the file and the options say, and the preset's name."""
+        base, preset = super().parameters()
+        quantities = {
+            name: getattr(self, name)
+            for name in (
+                *("diameter", "obstacle_radius", "speed"),
+                *("viscosity", "surface_tension", "thickness"),
+            )
+        }
+        numbers = {"size_ratio": self.size_ratio, "simulation_capillary_number": self.capillary}
+        (quantities if _has_unit(self.offset) else numbers)["offset"] = self.offset
+        return changed(base, _given(numbers), self.constants or [], _given(quantities)), preset
 
-@grouped
-def run(
-    model: ModelFileOptions,
-    physical: PhysicalOptions,
-    size_ratio: Annotated[str | None, _number("D0/R, droplet over obstacle", "5.66")] = None,
-    capillary: Annotated[
-        str | None, _number("Ca_sim, viscous drag over line tension", "25")
-    ] = None,
-    offset: Annotated[
-        str | None,
-        _number(
-            "Start off the axis: a number of D0, or a length as '20 um'", "0.05", "NUMBER|QUANTITY"
-        ),
-    ] = None,
-    constants: Annotated[
-        list[str] | None,
-        option(
-            "NAME=VALUE",
-            "Any other parameter, as line_tension=60; may be repeated. "
-            f"NAME is {', '.join(CONSTANTS)}",
-            "--set",
-            panel=MODEL,
-        ),
-    ] = None,
-    out: OutFolder = "collision",
+
+@dataclass(frozen=True)
+class PictureOptions:
+    """What is recorded and drawn of a collision."""
+
     frames_every: Annotated[
         float, option("NUMBER", "Time between stored outlines, in t0", panel=OUTPUT)
-    ] = 0.02,
+    ] = 0.02
     formats: Annotated[
         str,
         option("LIST", f"Formats of the snapshots: {', '.join(FORMATS)}", "--format", panel=OUTPUT),
-    ] = "png",
+    ] = "png"
     streamlines: Annotated[
         bool, switch("--streamlines", "Draw the flow into the snapshots", panel=OUTPUT)
-    ] = False,
-    movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
-    gif: Annotated[bool, switch("--gif", "Make movie.gif too", panel=OUTPUT)] = False,
+    ] = False
+    movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False
+    gif: Annotated[bool, switch("--gif", "Make movie.gif too", panel=OUTPUT)] = False
+
+    def checked(self) -> list[str]:
+        """Return the names of the snapshots; refuse what cannot be drawn."""
+        if not 0.0 < self.frames_every < math.inf:
+            rule, advice = "a positive, finite number", "give a time in t0, as 0.02"
+            raise InputError.of("--frames-every", rule, self.frames_every, advice)
+        wanted = [name.strip().lower().removeprefix(".") for name in self.formats.split(",")]
+        for name in wanted:
+            if name not in FORMATS:
+                rule = f"of {', '.join(FORMATS)}, separated by commas"
+                raise InputError.of("--format", rule, f"'{self.formats}'", "write --format png,pdf")
+        if self.movie:
+            from pinchoff.video.writing import require_video_extra
+
+            require_video_extra("--movie")
+        return [f"snapshots.{name}" for name in dict.fromkeys(wanted)]
+
+
+@grouped
+def run(
+    chosen: CollisionOptions,
+    pictures: PictureOptions,
+    out: OutFolder = "collision",
     as_json: AsJson = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -122,35 +147,17 @@ def run(
     --speed '1 mm/s' --viscosity '48 mPa s' --surface-tension '20 mN/m' \
     --thickness '85 um'
     """
-    numbers = {"size_ratio": size_ratio, "simulation_capillary_number": capillary}
-    quantities = dict(vars(physical))
-    (quantities if _has_unit(offset) else numbers)["offset"] = offset
-    if not 0.0 < frames_every < math.inf:
-        rule, advice = "a positive, finite number", "give a time in t0, as 0.02"
-        raise InputError.of("--frames-every", rule, frames_every, advice)
-    pictures = _pictures(formats)
+    names = pictures.checked()
     folder = results_folder(out)
-    base, preset_name = model.parameters()
-    parameters = changed(base, _given(numbers), constants or [], _given(quantities))
-    if movie:
-        from pinchoff.video.writing import require_video_extra
-
-        require_video_extra("--movie")
+    parameters, preset = chosen.parameters()
     about = partial(_description, parameters=parameters)
     with results_in(folder, _FILES, overwrite=overwrite, held=about):
         remove_results(folder, _FILES)  # first, because the outlines are written during the run
-        from pinchoff.figures.snapshots import write_snapshots
         from pinchoff.model.collision_report import collision_report
-        from pinchoff.model.flow import stokes
 
-        collision = _simulated(parameters, folder / OUTLINES, frames_every)
-        assert collision.outlines is not None
-        flow = stokes(parameters.obstacle_radius) if streamlines else None
-        for name in pictures:
-            write_snapshots(folder / name, collision.outlines, flow)
-        films = [name for name, wanted in ((MOVIE, movie), (GIF, gif)) if wanted]
-        _film(collision.outlines, folder, films)
-        report = collision_report(collision, preset_name)
+        collision = _simulated(parameters, folder / OUTLINES, pictures.frames_every)
+        _draw(collision, folder, names, pictures)
+        report = collision_report(collision, preset)
         write_json(folder / RESULTS, report)
         announce(
             report,
@@ -202,19 +209,19 @@ def _simulated(parameters: Parameters, path: Path, interval: float) -> Collision
         raise
 
 
-def _pictures(text: str) -> list[str]:
-    """Return the names of the snapshots in the formats of a list."""
-    wanted = [name.strip().lower().removeprefix(".") for name in text.split(",")]
-    for name in wanted:
-        if name not in FORMATS:
-            rule = f"of {', '.join(FORMATS)}, separated by commas"
-            raise InputError.of("--format", rule, f"'{text}'", "write --format png,pdf")
-    return [f"snapshots.{name}" for name in dict.fromkeys(wanted)]
-
-
-def _film(outlines: Outlines, out: Path, names: Iterable[str]) -> None:
+def _draw(
+    collision: Collision, folder: Path, names: Iterable[str], pictures: PictureOptions
+) -> None:
+    """Draw the snapshots, and the films that are wanted."""
     from pinchoff.figures.movie import animate
+    from pinchoff.figures.snapshots import write_snapshots
+    from pinchoff.model.flow import stokes
 
+    outlines = collision.recorded()
+    flow = stokes(collision.parameters.obstacle_radius) if pictures.streamlines else None
     for name in names:
-        with bar(name, unit="frames") as show:
-            animate(outlines, out / name, progress=show)
+        write_snapshots(folder / name, outlines, flow)
+    for name, wanted in ((MOVIE, pictures.movie), (GIF, pictures.gif)):
+        if wanted:
+            with bar(name, unit="frames") as show:
+                animate(outlines, folder / name, progress=show)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+from pinchoff.cli.cluster import Scheduler, cluster_client
 from pinchoff.cli.folders import going_on_with, results_folder, results_in
 from pinchoff.cli.options import (
     AsJson,
@@ -14,15 +14,11 @@ from pinchoff.cli.options import (
     Workers,
     argument,
     named_as_options,
-    option,
 )
 from pinchoff.cli.output import announce
-from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
-    from distributed import Client
-
     from pinchoff.studies.sweep import SweepResult
 
 
@@ -30,14 +26,7 @@ def sweep(
     config: Annotated[Path, argument("CONFIG.toml", "What is fixed and what is varied")],
     out: OutFolder = "sweep",
     workers: Workers = None,
-    scheduler: Annotated[
-        str | None,
-        option(
-            "ADDRESS",
-            "Dask scheduler to run on, as tcp://10.0.0.1:8786",
-            default="none: this machine",
-        ),
-    ] = None,
+    scheduler: Scheduler = None,
     as_json: AsJson = False,
     overwrite: StartAnew = False,
 ) -> None:
@@ -70,24 +59,14 @@ def sweep(
     with named_as_options("out", "scheduler", "threads"):
         folder = results_folder(out)
         design = SweepDesign.from_toml(config)
-        if workers is not None and scheduler is not None:
-            advice = "a cluster's workers have their own"
-            raise InputError.of("threads", "left out beside --scheduler", workers, advice)
+        cluster = cluster_client(scheduler, workers)
         with results_in(folder), going_on_with(out):
             if overwrite:
                 remove_sweep(folder)
-            with _client(scheduler) as client:
+            with cluster as client:
                 result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
     announce(report, lambda: _print(result), (), as_json=as_json)
-
-
-def _client(scheduler: str | None) -> AbstractContextManager[Client | None]:
-    if scheduler is None:
-        return nullcontext()
-    from pinchoff.studies.sweep.cluster import connected
-
-    return connected(scheduler)
 
 
 def _print(result: SweepResult) -> None:

@@ -51,7 +51,7 @@ class ColumnOptions:
 
 @dataclass(frozen=True)
 class TableOptions(ColumnOptions):
-    """The same, and how the file of a table is read."""
+    """What the columns of a table are, and how its file is read."""
 
     broke_is: Annotated[
         list[str] | None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
@@ -34,24 +35,22 @@ _IMAGE = "Image"
 _CLIP = "Part of a clip"
 
 
-@grouped
-def video(
-    clips: Annotated[
-        list[Path], argument("FILES…", "Videos, TIFF stacks, folders of either or images")
-    ],
-    experiment: LaboratoryOptions,
-    config: Annotated[Path | None, option("FILE.toml", "Settings from a TOML file")] = None,
+@dataclass(frozen=True)
+class VideoOptions:
+    """How clips are read and measured."""
+
+    config: Annotated[Path | None, option("FILE.toml", "Settings from a TOML file")] = None
     pixel_size: Annotated[
         str | None, quantity("Side of a pixel", "5.28 um", default="what the file says")
-    ] = None,
+    ] = None
     fps: Annotated[
         str | None,
         option("NUMBER", "Frames a second", default="the times in the file", panel=EXPERIMENT),
-    ] = None,
+    ] = None
     frames: Annotated[
         str | None,
         option("RANGE", "Frames that are measured, as 0:200:2", default="all", panel=_CLIP),
-    ] = None,
+    ] = None
     crop: Annotated[
         str | None,
         option(
@@ -60,16 +59,16 @@ def video(
             default="all of it",
             panel=_CLIP,
         ),
-    ] = None,
+    ] = None
     channel: Annotated[
         str | None,
         option(
             "NAME", "One of several channels, by name or number; or red, green or blue", panel=_CLIP
         ),
-    ] = None,
+    ] = None
     minimum_diameter: Annotated[
         str | None, quantity("Smallest droplet", "60 um", _IMAGE, default="by the method")
-    ] = None,
+    ] = None
     contact_distance: Annotated[
         str | None,
         quantity(
@@ -78,7 +77,7 @@ def video(
             _IMAGE,
             default="where the gap stops closing",
         ),
-    ] = None,
+    ] = None
     method: Annotated[
         str | None,
         option(
@@ -87,7 +86,7 @@ def video(
             default="what suits the clip",
             panel=_IMAGE,
         ),
-    ] = None,
+    ] = None
     find_obstacles: Annotated[
         bool,
         switch(
@@ -95,15 +94,11 @@ def video(
             "Look for pillars of any radius; with --obstacle-radius they are looked for",
             panel=_IMAGE,
         ),
-    ] = False,
-    preview: Annotated[
-        bool,
-        switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
-    ] = False,
+    ] = False
     packed: Annotated[
         bool,
         switch("--packed", "The same as --method packed: droplets fill the view", panel=_IMAGE),
-    ] = False,
+    ] = False
     assignments: Annotated[
         list[str] | None,
         option(
@@ -112,7 +107,49 @@ def video(
             "--set",
             panel=_IMAGE,
         ),
-    ] = None,
+    ] = None
+
+    def settings(self, laboratory: LaboratoryOptions) -> VideoSettings:
+        """Return what a file and the command line say together; the command line overrides."""
+        from pinchoff.support.files import read_toml
+        from pinchoff.support.units import positive_magnitude_of
+        from pinchoff.video.settings import VideoSettings
+
+        table: dict[str, Any] = {} if self.config is None else read_toml(self.config)
+        known = table.pop("laboratory", {})
+        if not isinstance(known, dict):
+            place, advice = f"{self.config}: laboratory", "write it as [laboratory]"
+            raise InputError.of(place, "a table", known, advice)
+        for name in ("pixel_size", "minimum_diameter", "contact_distance"):
+            if (text := getattr(self, name)) is not None:
+                table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
+        if self.fps is not None:
+            table["fps"] = read_value("--fps", self.fps)
+        if self.crop is not None:
+            table["crop"] = read_value("--crop", f"[{self.crop}]")
+        words = {"frames": self.frames, "channel": self.channel}
+        table |= {name: text for name, text in words.items() if text is not None}
+        assignments = [
+            *(self.assignments or []),
+            *(["method=packed"] if self.packed else []),
+            *([f"method={self.method}"] if self.method is not None else []),
+            *(["find_obstacles=true"] if self.find_obstacles else []),
+        ]
+        table |= read_values("--set", assignments, "edge_level=0.5")
+        return VideoSettings(**table, laboratory={**known, **laboratory.values()})
+
+
+@grouped
+def video(
+    clips: Annotated[
+        list[Path], argument("FILES…", "Videos, TIFF stacks, folders of either or images")
+    ],
+    measuring: VideoOptions,
+    experiment: LaboratoryOptions,
+    preview: Annotated[
+        bool,
+        switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
+    ] = False,
     out: OutFolder = "video",
     overlay: Annotated[
         bool, switch("--overlay/--no-overlay", "Write annotated clips", panel=OUTPUT)
@@ -146,20 +183,7 @@ def video(
     --obstacle-radius 85um --thickness 85um --viscosity 48mPa.s \
     --surface-tension 20mN/m --out measured
     """
-    lengths = {
-        "pixel_size": pixel_size,
-        "minimum_diameter": minimum_diameter,
-        "contact_distance": contact_distance,
-    }
-    assigned = [
-        *(assignments or []),
-        *(["method=packed"] if packed else []),
-        *([f"method={method}"] if method is not None else []),
-        *(["find_obstacles=true"] if find_obstacles else []),
-    ]
-    settings = _settings(
-        config, lengths, experiment.values(), fps, assigned, (frames, crop, channel)
-    )
+    settings = measuring.settings(experiment)
     folder = results_folder(out)
     if preview:
         with results_in(folder):
@@ -181,39 +205,6 @@ def video(
         _tell_problems(result)
         written = [result.path / "collisions.parquet", *write_report(result)]
         announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
-
-
-def _settings(
-    config: Path | None,
-    lengths: Mapping[str, str | None],
-    laboratory: Mapping[str, float],
-    fps: str | None,
-    assignments: list[str],
-    part: tuple[str | None, str | None, str | None],
-) -> VideoSettings:
-    """Return what a file and the command line say together; the command line overrides.
-
-    `part` are frames, crop and channel.
-    """
-    from pinchoff.support.files import read_toml
-    from pinchoff.support.units import positive_magnitude_of
-    from pinchoff.video.settings import VideoSettings
-
-    table: dict[str, Any] = {} if config is None else read_toml(config)
-    given = table.pop("laboratory", {})
-    if not isinstance(given, dict):
-        raise InputError.of(f"{config}: laboratory", "a table", given, "write it as [laboratory]")
-    for name, text in lengths.items():
-        if text is not None:
-            table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
-    if fps is not None:
-        table["fps"] = read_value("--fps", fps)
-    frames, crop, channel = part
-    if crop is not None:
-        table["crop"] = read_value("--crop", f"[{crop}]")
-    table |= {k: v for k, v in (("frames", frames), ("channel", channel)) if v is not None}
-    table |= read_values("--set", assignments, "edge_level=0.5")
-    return VideoSettings(**table, laboratory={**given, **laboratory})
 
 
 def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:

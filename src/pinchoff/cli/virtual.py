@@ -6,15 +6,12 @@ from pathlib import Path
 from typing import Annotated
 
 from pinchoff.cli.folders import require_new_file
+from pinchoff.cli.model_options import ModelOptions, changed, set_option
 from pinchoff.cli.options import (
-    CONSTANTS,
-    MODEL,
     OUTPUT,
     AsJson,
-    ModelOptions,
     Overwrite,
     Seed,
-    changed,
     grouped,
     named_as_options,
     option,
@@ -39,13 +36,7 @@ def virtual(
     symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
     constants: Annotated[
         list[str] | None,
-        option(
-            "NAME=VALUE",
-            "Any other parameter of the engine, as ca_speed=contact; may be repeated. "
-            f"NAME is {', '.join(CONSTANTS)}",
-            "--set",
-            panel=MODEL,
-        ),
+        set_option("NAME=VALUE", "Any other parameter of the engine, as ca_speed=contact"),
     ] = None,
     as_json: AsJson = False,
     overwrite: Overwrite = False,

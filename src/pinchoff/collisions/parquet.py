@@ -224,22 +224,11 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
     return dataset
 
 
-def collision_batches(
-    dataset: pads.Dataset, columns: Sequence[str] | None = None
-) -> Iterator[pa.RecordBatch]:
-    """Read an opened table little by little, in the order of its files.
-
-    Parameters
-    ----------
-    dataset : pyarrow.dataset.Dataset
-        What `open_collisions` returned.
-    columns : sequence of str, optional
-        The columns to read; all by default.
-    """
-    wanted = None if columns is None else list(columns)
+def collision_batches(dataset: pads.Dataset) -> Iterator[pa.RecordBatch]:
+    """Read what `open_collisions` returned little by little, in the order of its files."""
     for path in dataset.files:  # one after the other: an opened dataset keeps all their footers
         with pq.ParquetFile(path) as part:
-            yield from part.iter_batches(columns=wanted)
+            yield from part.iter_batches()
 
 
 def read_collisions(path: str | os.PathLike[str]) -> pd.DataFrame:

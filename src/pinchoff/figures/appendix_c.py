@@ -79,7 +79,7 @@ def _spread_text(spread: Spread) -> str:
 def _draw_points(
     axes: Axes, k: int, x: pd.Series, symmetry: pd.Series, look: dict[str, Any]
 ) -> None:
-    # Each further series has smaller marks, so that marks in one place are all seen.
+    # Each further series has smaller marks, so that all marks at one place are seen.
     size = max(7.5 - 1.5 * k, 1.5)
     mark = style.MARKERS[k % len(style.MARKERS)]
     axes.plot(x, symmetry, ls="none", marker=mark, ms=size, mew=0.9, mfc="none", **look)

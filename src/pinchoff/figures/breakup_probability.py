@@ -53,9 +53,7 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
     number = fit.breakup_number(seen)
     broke = seen["broke"].to_numpy(dtype=bool)
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 2.9)
-            axes = figure.subplots()
+        axes = style.one_panel(2.9) if axes is None else axes
         lowest = max(number.min(), _LOWEST)
         edges = logarithmic_edges(lowest, number.max(), _PER_DECADE)
         edges = merged_edges(number, edges, _FEWEST)
@@ -89,7 +87,7 @@ def _draw(
     axes.set_xscale("log")
     wide = np.geomspace(edges[0], edges[-1], 800)
     axes.plot(wide, wide > 1.0, color=_STEP, lw=1.0, label="step at Bk = 1")
-    # Data with noise in S are spread wider than the law of the exact S that is drawn.
+    # Noise in S spreads the data wider than the curve, which is the law of the exact S.
     label = f"law, $w$ = {fit.w.value:.3g}" + (", exact $S$" if fit.symmetry_noise else "")
     axes.plot(wide, fit.probability(wide), color=_LAW, lw=1.4, label=label)
     axes.errorbar(

@@ -51,9 +51,7 @@ def objective_landscape(
     Axes
     """
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 3.1)
-            axes = figure.subplots()
+        axes = style.one_panel(3.1) if axes is None else axes
         norm = LogNorm(landscape.objective.min(), landscape.objective.max())
         edges = (_edges(landscape.x), _edges(landscape.y))
         mesh = axes.pcolormesh(
@@ -99,9 +97,7 @@ def calibrated_line(calibration: Calibration, axes: Axes | None = None) -> Axes:
     """
     control, target = calibration.control, calibration.target
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 3.0)
-            axes = figure.subplots()
+        axes = style.one_panel(3.0) if axes is None else axes
         wide = np.geomspace(0.9 * control[0], 1.1 * control[-1], 100)
         if not isinstance(target, CollisionsTarget):
             axes.plot(wide, target.symmetry(wide), color="0.3", label=f"target: {target.name}")

@@ -176,7 +176,7 @@ def _draw_collision(axes: Axes, collision: Collision, title: str) -> None:
 
 
 def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
-    """Draw the velocity along x on the line across through the obstacle's centre."""
+    """Draw the velocity along x on the line through the obstacle's centre, across the flow."""
     radius = 1.0 / compared.in_chamber.parameters.size_ratio
     y = np.linspace(0.0, 1.4, 400)
     points = np.column_stack([np.zeros_like(y), y])

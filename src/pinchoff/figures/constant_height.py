@@ -1,4 +1,4 @@
-"""Why β is near -3/4: on the separating line the smaller parts of all droplets are equally high."""
+"""Why β is near -3/4: on the separating line all droplets have smaller parts of one height."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _draw_construction(axes: Axes, beta: float, small_symmetry: float) -> None:
 
 
 def _draw_droplet(axes: Axes, diameter: float, height: float, place: float) -> None:
-    """Draw a circle that touches the obstacle at x = place, its smaller part in yellow."""
+    """Draw a circle that touches the obstacle at x = place, with its smaller part in yellow."""
     y = 0.5 * diameter - height
     x = place - np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
     circle = Circle((x, y), 0.5 * diameter, fc=palette.DROPLET, ec="none", alpha=0.55, zorder=1)

@@ -46,7 +46,7 @@ def model_schematic(collision: Collision, axes: Axes | None = None) -> Axes:
     droplet = outlines[frame][0]
     length, i, j = outlines.neck(droplet)
     with style.journal_style():
-        axes = _one_panel() if axes is None else axes
+        axes = style.one_panel(2.5) if axes is None else axes
         _draw_scene(axes, outlines, frame)
         vertices = droplet.vertices
         spacing = np.hypot(*np.diff(vertices, axis=0, append=vertices[:1]).T).mean()
@@ -97,7 +97,7 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     across = np.array([-along[1], along[0]])
     above = (droplet.vertices.mean(axis=0) - centre) @ across > 0
     with style.journal_style():
-        axes = _one_panel() if axes is None else axes
+        axes = style.one_panel(2.5) if axes is None else axes
         _draw_scene(axes, outlines, frame)
         for side, color, label in (
             (1.0 if above else -1.0, _LARGE, r"$A_\mathrm{large}$"),
@@ -129,11 +129,6 @@ def _outlines_of(collision: Collision) -> Outlines:
         rule = "one with a contact and with outlines"
         raise InputError.of("collision", rule, collision, "simulate with outlines=0.01")
     return collision.outlines
-
-
-def _one_panel() -> Axes:
-    figure = style.new_figure(style.ONE_COLUMN, 2.5)
-    return figure.subplots()
 
 
 def _draw_scene(axes: Axes, outlines: Outlines, frame: int) -> None:

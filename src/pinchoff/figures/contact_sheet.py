@@ -71,7 +71,7 @@ def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture
 
 
 def _labelled(tile: Pixels, label: str) -> Pixels:
-    """Return a picture with its label below, on as many lines as it takes."""
+    """Return a picture with its label below it, on as many lines as the label needs."""
     lines = _wrapped(label, tile.shape[1] - 4)
     strip = np.full((_LINE_HEIGHT * len(lines) + 4, tile.shape[1], 3), 255, dtype=np.uint8)
     for k, line in enumerate(lines):

@@ -48,9 +48,7 @@ def daughter_areas(
     ratio = broke["daughter_area_ratio"].to_numpy()
     above = int((ratio > area_ratio_bound(symmetry)).sum())
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 2.8)
-            axes = figure.subplots()
+        axes = style.one_panel(2.8) if axes is None else axes
         points = axes.scatter(
             symmetry,
             ratio,

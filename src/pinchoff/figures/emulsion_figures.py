@@ -204,16 +204,23 @@ def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
         return first
 
 
+_RATED = {"entered": "entered", "breakup": "broke", "left": "left", "merge": "merged"}
+
+
+def rated_events(events: pd.DataFrame) -> pd.Series[bool]:
+    """Tell which events `rates_over_time` draws."""
+    return events["kind"].astype(str).isin(_RATED)
+
+
 def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> Axes:
     """Draw what happens per t0 against time."""
     with style.journal_style():
         figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
         axes = figure.subplots()
-        end = float(study.series["time"].iloc[-1])
+        end = study.end
         edges = np.linspace(0.0, end, bins + 1)
         kinds = events["kind"].astype(str)
-        named = {"entered": "entered", "breakup": "broke", "left": "left", "merge": "merged"}
-        for (kind, said), color in zip(named.items(), palette.CATEGORIES, strict=False):
+        for (kind, said), color in zip(_RATED.items(), palette.CATEGORIES, strict=False):
             times = events["time"][kinds == kind]
             if len(times):
                 counts = np.histogram(times, edges)[0] / np.diff(edges)
@@ -353,7 +360,7 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
 
 
 def _heights(members: pd.DataFrame, first: int) -> dict[int, float]:
-    """Give each droplet a height: those without daughters in turn, a mother amid hers."""
+    """Give each droplet a height: in turn, or in the middle of its daughters where it has some."""
     daughters: dict[int, list[int]] = {int(k): [] for k in members.index}
     for number, parent in members["parent"].items():
         if parent in daughters:

@@ -115,7 +115,7 @@ def _draw_shape(axes: Axes, comparison: Comparison) -> None:
 
 
 def _draw_lag(axes: Axes, comparison: Comparison) -> None:
-    """Draw the lag between film and simulation, which curves over the place hide."""
+    """Draw the lag between film and simulation, which curves against the position do not show."""
     ahead = comparison.simulated[:, 0] - comparison.filmed[:, 0]
     axes.plot(comparison.filmed[:, 0], ahead, color=palette.SIMULATED)
     axes.axhline(0.0, color="0.6", lw=0.6, ls=":", zorder=0)

@@ -231,7 +231,7 @@ def _longest(cell: object) -> str:
 
 
 def _kind(cells: Sequence[str]) -> str:
-    """Return the class of a column: of numbers, of short words that stay on a line, or neither."""
+    """Return the class of a column: numbers, short words that stay on one line, or neither."""
     if cells and all(_NUMBER.match(cell) for cell in cells):
         return ' class="number"'
     return ' class="short"' if max(map(len, cells), default=0) <= _SHORT else ""

@@ -20,7 +20,7 @@ _CLOSER = {"/": "^_", "^": "_"}  # what binds more closely
 
 
 class _Piece(NamedTuple):
-    """A part of a formula, and what of it is shown where its parentheses fall away."""
+    """A part of a formula, and the same without its outer parentheses."""
 
     shown: str
     bare: str
@@ -67,7 +67,7 @@ def _tokens(text: str) -> list[str]:
 
 
 def _row(tokens: list[str], small: bool = False) -> list[_Piece]:
-    """Return pieces up to a closing parenthesis, which is left, or to the end.
+    """Return pieces up to a closing parenthesis, which stays in the tokens, or to the end.
 
     In small print, such as that of an exponent, a fraction stays on one line.
     """

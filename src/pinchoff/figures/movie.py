@@ -189,7 +189,7 @@ def _player(outlines: Outlines, fps: int) -> Player:
 
 
 def _without_network(page: str) -> str:
-    """Return matplotlib's player with letters on its buttons, where it would fetch a font."""
+    """Return matplotlib's player with letters on its buttons: its symbols come from the web."""
     page = re.sub(r"<link[^>]*font-awesome[^>]*>", "", page)
     return re.sub(r'<i class="fa fa-([\w -]+)"></i>', lambda icon: _BUTTONS[icon[1]], page)
 

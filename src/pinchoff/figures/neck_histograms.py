@@ -19,6 +19,7 @@ from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
     import pandas as pd
+    from numpy.typing import NDArray
 
 FRAME_RATES = (30.0, paper.FRAME_RATE, 240.0, 1000.0)
 """Cameras that are compared, frames/s; the paper's makes 60."""
@@ -67,29 +68,35 @@ def neck_histograms(
             figure = style.new_figure(width, 2.6)
             panels = figure.subplots(1, 1 if history is None else 2, squeeze=False)
             axes = list(panels[0])
-        edges = np.linspace(0.0, necks[measured].max() * 1.02, _BINS + 1).tolist()
-        for kind, color, label in reversed(OUTCOMES):
-            values = necks[measured & (broke == kind)]
-            if len(values) > 1 and np.ptp(values) < 0.1 * edges[1]:
-                # Simulated droplets are cut at one thickness: a line, not one tall bar.
-                place = float(np.median(values))
-                text = f"{label}: {len(values):,}, all at {numeral(place, '.3g')} {unit}"
-                axes[0].axvline(place, color=color, lw=1.6, label=text)
-                continue
-            text = f"{label}: {len(values):,}"
-            axes[0].hist(values, edges, color=color, alpha=0.65, label=text)
-        if unit == "µm":
-            label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
-            axes[0].axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
-        axes[0].set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
-        axes[0].set_ylabel("collisions")
-        axes[0].yaxis.set_major_locator(MaxNLocator(5, integer=True))
-        axes[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))  # clear of the bars
+        _draw_necks(axes[0], necks[measured], broke[measured], unit)
         if history is not None:
             _draw_cameras(axes[1], history)
         if synthetic(table):
             style.mark_synthetic(axes[0], y=0.5)
         return list(axes)
+
+
+def _draw_necks(
+    axes: Axes, necks: NDArray[np.float64], broke: NDArray[np.bool_], unit: str
+) -> None:
+    """Draw how many droplets had a thinnest neck of each thickness, by what came of them."""
+    edges = np.linspace(0.0, necks.max() * 1.02, _BINS + 1).tolist()
+    for kind, color, label in reversed(OUTCOMES):
+        values = necks[broke == kind]
+        if len(values) > 1 and np.ptp(values) < 0.1 * edges[1]:
+            # Simulated droplets are cut at one thickness: a line, not one tall bar.
+            place = float(np.median(values))
+            text = f"{label}: {len(values):,}, all at {numeral(place, '.3g')} {unit}"
+            axes.axvline(place, color=color, lw=1.6, label=text)
+            continue
+        axes.hist(values, edges, color=color, alpha=0.65, label=f"{label}: {len(values):,}")
+    if unit == "µm":
+        label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
+        axes.axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
+    axes.set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
+    axes.set_ylabel("collisions")
+    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0))  # clear of the bars
 
 
 def _draw_cameras(axes: Axes, history: ThinningHistory) -> None:

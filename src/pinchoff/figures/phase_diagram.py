@@ -83,7 +83,7 @@ def phase_diagram(
     """
     points = points_of(collisions)
     with style.journal_style():
-        axes = _one_panel(3.4) if axes is None else axes
+        axes = style.one_panel(3.4) if axes is None else axes
         span = np.array([points.forcing.min() / 1.2, points.forcing.max() * 1.2])
         logarithmic_axes(axes, span, (_lowest_symmetry(points), 1.15))
         draw_outcomes(axes, points.forcing, points.symmetry, points.broke)
@@ -122,7 +122,7 @@ def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary)
 
 
 def _table_of(collisions: pd.DataFrame | ImportedCollisions | Boundary) -> pd.DataFrame:
-    """Return the table of collisions that something is or has."""
+    """Return the table of a result, or the table itself."""
     table: Any = getattr(collisions, "runs", None)
     table = getattr(collisions, "table", collisions) if table is None else table
     needed = (*_GROUPS, "symmetry", "broke")
@@ -175,7 +175,7 @@ def separating_line(
     control, broke = _control_parameter(runs), runs["broke"].to_numpy(dtype=bool)
     span = np.array([0.8 * control.min(), 1.25 * control.max()])
     with style.journal_style():
-        axes = _one_panel(3.9 if measured is None else 4.2) if axes is None else axes
+        axes = style.one_panel(3.9 if measured is None else 4.2) if axes is None else axes
         logarithmic_axes(axes, span, (0.15, 1.1))
         draw_outcomes(axes, control, runs["symmetry"].to_numpy(), broke, marker="*")
         if measured is not None:
@@ -193,7 +193,7 @@ def separating_line(
 def separated_outcomes(
     table: pd.DataFrame, fit: LawFit, axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
-    """Draw the paper's split of its collisions: broke, both, did not; with the separating line.
+    """Draw collisions as the paper splits them, broke, both, did not, with the separating line.
 
     Where exponents were left free, Ã and z̃ on the axis carry them.
 
@@ -247,11 +247,6 @@ def separated_outcomes(
         return list(axes)
 
 
-def _one_panel(height: float) -> Axes:
-    figure = style.new_figure(style.ONE_COLUMN, height)
-    return figure.subplots()
-
-
 def _legend_below(axes: Axes, **look: Any) -> None:
     axes.figure.legend(
         *axes.get_legend_handles_labels(), loc="outside lower center", labelspacing=0.3, **look
@@ -263,7 +258,7 @@ def _control_parameter(table: pd.DataFrame) -> NDArray[np.float64]:
 
 
 def _lowest_symmetry(points: Points) -> float:
-    """Return where the axis begins: well below whatever broke, and below the paper's lines."""
+    """Return where the axis begins: well below every S that broke, and below the paper's lines."""
     broke = points.symmetry[points.broke]
     broke = broke[broke > 0]
     ends = [line.alpha * points.forcing.max() ** line.beta for line, *_ in PAPER_LINES]

@@ -22,7 +22,7 @@ SYMMETRY = "symmetry $S$"
 
 _SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
 _SMALLEST = 0.7
-_FILLED = 1.6  # smaller marks are filled: an open one would be nothing but its rim
+_FILLED = 1.6  # smaller marks are filled: an open one would be all rim
 
 
 def draw_outcomes(
@@ -126,7 +126,7 @@ def logarithmic_axes(
 
 
 def _plain_ticks(low: float, high: float) -> list[float]:
-    """Return 1, 2 and 5 of each decade, or 1 alone where those are many."""
+    """Return 1, 2 and 5 of each decade, or 1 alone where these would be too many."""
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     steps = (1, 2, 5) if math.log10(high / low) < 2.5 else (1,)
     ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]

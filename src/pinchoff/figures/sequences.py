@@ -27,7 +27,7 @@ _FOOT_UM = 110.0  # below that, where the scale bar stands
 def collision_pairs(
     collisions: Sequence[Collision], axes: Sequence[Axes] | None = None
 ) -> list[Axes]:
-    """Draw two images of each collision, v Δt = 400 µm apart, about the middle of it.
+    """Draw two images of each collision, v Δt = 400 µm apart, around its middle.
 
     Parameters
     ----------

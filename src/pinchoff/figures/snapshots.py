@@ -1,4 +1,4 @@
-"""A strip of snapshots: one collision from the approach to what is left of the droplet."""
+"""A strip of snapshots: one collision from the approach to after the break-up."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ _off_screen: ContextVar[bool] = ContextVar("off_screen", default=False)
 
 @contextmanager
 def off_screen() -> Iterator[None]:
-    """Make figures that no display shows: they are on their way into a file or a page."""
+    """Make figures that no display shows, because they go into a file or a page."""
     token = _off_screen.set(True)
     try:
         yield
@@ -99,8 +99,8 @@ def off_screen() -> Iterator[None]:
 def new_figure(width: float, height: float, *, layout: str | None = "constrained") -> Figure:
     """Return an empty figure of a size in inches.
 
-    It is one of pyplot's where a display is there to show it: in IPython and in notebooks, and in
-    programs that use pyplot with a window. Elsewhere nothing has to close it.
+    It is one of pyplot's where a display can show it: in IPython, in notebooks, and in programs
+    that use pyplot with a window. Elsewhere it is not, and need not be closed.
 
     Examples
     --------
@@ -114,9 +114,15 @@ def new_figure(width: float, height: float, *, layout: str | None = "constrained
     return pyplot.figure(figsize=(width, height), layout=layout, dpi=SCREEN_DOTS_PER_INCH)
 
 
+def one_panel(height: float) -> Axes:
+    """Return the axes of a new figure across one column, of a height in inches."""
+    axes: Axes = new_figure(ONE_COLUMN, height).subplots()
+    return axes
+
+
 @functools.cache
 def _prepare_display() -> None:
-    """Load pyplot's backend: what it then sets, a context of settings would take back at its end.
+    """Load pyplot's backend, before a context of settings takes back at its end what loading sets.
 
     A notebook would show the first figure and no other.
     """
@@ -133,7 +139,7 @@ def _has_window() -> bool:
 def ordered_colors(values: Iterable[float]) -> dict[float, Any]:
     """Return a colour for each value of a quantity with an order, from dark to light.
 
-    The colours are even in the order of the values, not in the values.
+    Neighbours in the order differ by the same step of colour, however far apart their values are.
 
     Examples
     --------

@@ -22,7 +22,7 @@ _BINS = 20
 class _Quantity(NamedTuple):
     label: str
     values: NDArray[np.float64]
-    limits: tuple[float, float] | None = None  # where they are known beforehand
+    limits: tuple[float, float] | None = None  # where they are fixed in advance
 
 
 def _quantities(table: pd.DataFrame) -> list[_Quantity]:

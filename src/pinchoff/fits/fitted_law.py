@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from pinchoff.support.progress import Show
 
-_MOST_OF_FIRST_ORDER = 0.5  # largest standard error of a logarithm that first order describes
+_MOST_OF_FIRST_ORDER = 0.5  # largest standard error of a logarithm for which first order is enough
 
 
 class Optimum(NamedTuple):
@@ -99,7 +99,7 @@ class LawFit(Drawable):
         """``alpha``, ``beta``, ``w`` and the free exponents (``epsilon_1``, …).
 
         The intervals are by the delta method; by the profile likelihood where w = 0, or where a
-        logarithm is so uncertain that its first order says little.
+        logarithm is too uncertain for first order.
         """
         if self.step:
             return self.profile()
@@ -310,7 +310,7 @@ class LawFit(Drawable):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what JSON can hold; an infinite end of an interval is not finite there either."""
+        """Return what JSON can hold, but for infinite ends of intervals."""
         return {
             **{name: estimate._asdict() for name, estimate in self.estimates.items()},
             "free": list(self.free),

@@ -27,7 +27,7 @@ DELTA = "delta method"
 PROFILE = "profile likelihood"
 BOOTSTRAP = "bootstrap"
 
-_FARTHEST = 40.0  # from the value, in logarithms and exponents: farther no end is sought
+_FARTHEST = 40.0  # from the value, in logarithms and exponents: ends are not sought farther away
 _PRECISION = 1e-4  # of the ends of a profile's interval, relative to its half width
 
 

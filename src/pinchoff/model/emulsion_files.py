@@ -158,9 +158,7 @@ class EmulsionFolder(HoldsFiles):
         """Return a table of all pieces."""
         import pandas as pd
 
-        parts = [pd.read_parquet(path) for path in self._pieces(name)]
-        empty = pd.DataFrame({c.name: [] for c in columns})
-        return pd.concat(parts, ignore_index=True) if parts else empty
+        return joined([pd.read_parquet(path) for path in self._pieces(name)], columns)
 
     def outline_pieces(self) -> Iterator[Outlines]:
         """Yield the outlines of each piece, so that not all have to be in memory."""
@@ -185,3 +183,13 @@ class EmulsionFolder(HoldsFiles):
 
     def _pieces(self, name: str) -> list[Path]:
         return sorted(self.path.glob(f"{name}-??????.*"))
+
+
+def joined(parts: Sequence[pd.DataFrame], columns: Sequence[Column]) -> pd.DataFrame:
+    """Return tables as one; of no tables one without rows, with columns of their types."""
+    import pandas as pd
+
+    if parts:
+        return pd.concat(parts, ignore_index=True)
+    typed = {c.name: pd.Series(dtype="object" if c.dtype == "str" else c.dtype) for c in columns}
+    return pd.DataFrame(typed)

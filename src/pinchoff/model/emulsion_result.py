@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.collisions.schema import Column, count_column, measure_column
-from pinchoff.model.emulsion_files import EmulsionFolder, Piece
+from pinchoff.model.emulsion_files import EmulsionFolder, Piece, joined
 from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import SPRINGS, Parameters
 from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,6 +59,9 @@ EVENT_COLUMNS: tuple[Column, ...] = (
 )
 """The events of an emulsion; what has no meaning for a kind is NaN."""
 
+RETIRED_WARNING = 0.01
+"""Share of the area from which on a run warns of the droplets that guards took out."""
+
 SIZE_COLUMNS: tuple[Column, ...] = (
     measure_column("time", "t0", "of the frame"),
     count_column("droplet_id", "number of the droplet"),
@@ -82,11 +87,14 @@ class Emulsion:
         ``retired`` droplets are ``present``; ``touches`` contacts of two droplets began, and
         ``unmerged`` merges were refused; ``waits`` is how many had to wait at the inlet; areas in
         D0^2.
+    stopped : bool
+        Whether a guard ended it before its time, as ``on_guard="stop"`` asks for.
     """
 
     parameters: Parameters
     time: float = 0.0
     balance: dict[str, float] = field(default_factory=dict)
+    stopped: bool = False
     _folder: EmulsionFolder | None = field(default=None, repr=False)
     _events: list[pd.DataFrame] = field(default_factory=list, repr=False)
     _sizes: list[pd.DataFrame] = field(default_factory=list, repr=False)
@@ -116,6 +124,55 @@ class Emulsion:
         """The recorded outlines; None if the run had no folder for them."""
         return None if self._folder is None else self._folder.read_outlines()
 
+    @property
+    def retired(self) -> pd.DataFrame:
+        """The droplets that guards took out, a row each.
+
+        droplet_id, time (t0), x, y and diameter (D0), share (of the area of all droplets that
+        there were) and reason.
+        """
+        events = self.events
+        gone = events[events["kind"] == "retired"]
+        area = gone["area"].to_numpy(np.float64)
+        table: pd.DataFrame = gone[["droplet_id", "time", "x", "y"]].reset_index(drop=True)
+        table["diameter"] = np.sqrt(4 / math.pi * area)
+        table["share"] = area / self.balance["area_in"]
+        table["reason"] = gone["reason"].to_numpy()
+        return table
+
+    @property
+    def retired_share(self) -> float:
+        """The share of the area of all droplets that guards took out."""
+        counts = self.balance
+        return counts["area_retired"] / counts["area_in"] if counts["area_in"] > 0 else 0.0
+
+    def warn_of_guards(self, stacklevel: int = 2) -> None:
+        """Warn where a guard ended the run, or guards took out more than 1 % of all area."""
+        if self.stopped or self.retired_share > RETIRED_WARNING:
+            warnings.warn(self.guard_report, RuntimeWarning, stacklevel=stacklevel)
+
+    @property
+    def guard_report(self) -> str:
+        """What guards did to the run and what to do, in words; empty where they did nothing."""
+        gone = self.retired
+        if not len(gone):
+            return ""
+        first = gone.iloc[0]
+        droplet = (
+            f"droplet {first['droplet_id']} ({first['diameter']:.3g} D0, at x = {first['x']:.3g}, "
+            f"y = {first['y']:.3g})"
+        )
+        if self.stopped:
+            return (
+                f"a guard ended the run at t = {self.time:.4g} t0, with {droplet}: "
+                f'{first["reason"]}; with on_guard = "retire" the others go on'
+            )
+        return (
+            f"guards took out {counted(len(gone), 'droplet')} with "
+            f"{100 * self.retired_share:.3g} % of all area; the others went on. The first is "
+            f"{droplet}: {first['reason']}"
+        )
+
     def outline_pieces(self) -> Iterator[Outlines]:
         """Yield the recorded outlines piece by piece, in order; none without a folder for them."""
         return iter(()) if self._folder is None else self._folder.outline_pieces()
@@ -128,13 +185,10 @@ class Emulsion:
     def _table(
         self, name: str, kept: list[pd.DataFrame], columns: Sequence[Column]
     ) -> pd.DataFrame:
-        import pandas as pd
-
         if self._folder is not None:
             table = self._folder.read_table(name, columns)
         else:
-            empty = pd.DataFrame({c.name: [] for c in columns})
-            table = pd.concat(kept, ignore_index=True) if kept else empty
+            table = joined(kept, columns)
         table.attrs["units"] = {c.name: c.unit for c in columns}
         return table
 
@@ -161,7 +215,6 @@ class Recorder:
         self._folder = result._folder
         self._on_frame = on_frame
         self._piece = Piece()
-        self.last_reason = "unknown"
 
     def begin(self, resume: bool) -> None:
         """Make the folder ready, and go on from its checkpoint; or take the first frame.
@@ -208,6 +261,7 @@ class Recorder:
     def _count(self) -> None:
         self.result.time = self._run.time
         self.result.balance = _balance(self._run)
+        self.result.stopped = self._run.stopped
 
     def _events(self) -> pd.DataFrame:
         import pandas as pd
@@ -220,8 +274,6 @@ class Recorder:
             "" if math.isnan(g) else guard_message(_core.GUARDS[int(g)], value, at, springs=springs)
             for g, value, at in alarms
         ]
-        retired = [r for r, k in zip(reasons, kinds, strict=True) if k == "retired"]
-        self.last_reason = retired[-1] if retired else self.last_reason
         own = {
             "kind": kinds,
             "droplet_id": events["droplet_id"].astype(np.int64),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +21,8 @@ from pinchoff.support.arguments import checked_number
 from pinchoff.support.errors import InputError
 
 Floats: TypeAlias = NDArray[np.float64]
+
+OnGuard: TypeAlias = Literal["retire", "stop"]
 
 WINDOW = 5 * SAMPLE_INTERVAL
 """Time between two looks at who may meet whom, t0."""
@@ -96,7 +98,7 @@ class Scene:
     outlet: float
     coalescence: Floats
 
-    def start(self, settings: dict[str, Any], threads: int) -> _core.Emulsion:
+    def start(self, settings: dict[str, Any], threads: int, stops_at_guard: bool) -> _core.Emulsion:
         return _core.Emulsion(
             self.row,
             self.flow,
@@ -113,6 +115,7 @@ class Scene:
             self.coalescence,
             settings["seed"],
             threads,
+            stops_at_guard=stops_at_guard,
         )
 
     def record(self) -> dict[str, Any]:
@@ -182,6 +185,20 @@ def checked_scene(
     return Scene(
         parameters, row, flow, circles, starts, bounds, periodic, line, diameters, beyond, merging
     )
+
+
+def checked_on_guard(value: object) -> OnGuard:
+    """Return what follows where a guard refuses a droplet.
+
+    Raises
+    ------
+    InputError
+        It is neither "retire" nor "stop".
+    """
+    if value == "retire" or value == "stop":
+        return "retire" if value == "retire" else "stop"
+    advice = 'write "retire" to go on without the droplet, "stop" to end the run there'
+    raise InputError.of("on_guard", '"retire" or "stop"', value, advice)
 
 
 def _checked_coalescence(parameters: Parameters, coalescence: Coalescence | None) -> Floats:

@@ -13,6 +13,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff.support.numerals import numeral
+
 Floats: TypeAlias = NDArray[np.float64]
 
 FEWEST_BLOCKS = 5
@@ -30,15 +32,26 @@ class Measured(NamedTuple):
     ----------
     value, error : float
         The error is NaN where the record is too short for one.
+
+    Examples
+    --------
+    >>> print(Measured(-0.00074, 0.0741))
+    −0.001 ± 0.074
     """
 
     value: float
     error: float
 
     def __str__(self) -> str:
+        if math.isnan(self.value):
+            return "not measured"
         if math.isnan(self.error):
-            return f"{self.value:.4g}, error not known"
-        return f"{self.value:.4g} ± {self.error:.2g}"
+            return f"{numeral(self.value, '.4g')}, error not measured"
+        if not self.error > 0.0:
+            return f"{numeral(self.value, '.4g')} ± {self.error:.2g}"
+        # As many digits as the error has two of.
+        digits = max(0, 1 - math.floor(math.log10(self.error)))
+        return f"{numeral(self.value, f'.{digits}f')} ± {self.error:.{digits}f}"
 
 
 def correlation_time(times: Floats, values: Floats) -> float:

@@ -25,12 +25,15 @@ from pinchoff.studies.block_errors import (
     jackknife,
 )
 from pinchoff.support.arguments import checked_number
-from pinchoff.support.errors import InputError
+from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     import pandas as pd
 
 Floats: TypeAlias = NDArray[np.float64]
+
+FEWEST_FRAMES = 8
+"""Fewer tell no correlation time."""
 
 STEADY_TIMES = 5.0
 """Residence times without a trend, for sizes to be called steady."""
@@ -118,10 +121,10 @@ def study_sizes(
     bins : int, optional
         Of the distribution.
 
-    Raises
-    ------
-    InputError
-        There are fewer than 8 frames with droplets after the start.
+    Returns
+    -------
+    SizeStudy
+        What is not known from so many frames is not a number, and a remark says why.
 
     Examples
     --------
@@ -135,22 +138,11 @@ def study_sizes(
     end = float(series["time"].max()) if len(series) else 0.0
     begin = 0.5 * end if start is None else checked_number("start", start, "give it in t0")
     kept = series[series["time"] >= begin]
-    if len(kept) < 8:
-        got = f"{len(kept)} of them after t = {begin:.4g} t0"
-        raise InputError.of("sizes", "of 8 frames with droplets or more", got, "run for longer")
     times = kept["time"].to_numpy(np.float64)
-    correlation = correlation_time(times, kept["mean_area"].to_numpy(np.float64))
-    block_count = int(min(MOST_BLOCKS, (times[-1] - times[0]) // (BLOCK * correlation)))
-    remarks = []
-    if block_count < FEWEST_BLOCKS:
-        remarks.append(
-            f"The record after t = {begin:.4g} t0 is {(times[-1] - times[0]) / correlation:.2g} "
-            f"correlation times long; errors need {BLOCK * FEWEST_BLOCKS:g}. Run for longer."
-        )
-    ends = np.linspace(times[0], np.nextafter(times[-1], np.inf), max(block_count, 1) + 1)
+    correlation, ends, remarks = _blocks(times, kept["mean_area"].to_numpy(np.float64), begin)
     late = sizes[sizes["time"] >= begin]
     diameters = late["diameter"].to_numpy(np.float64)
-    edges = np.linspace(0.0, 1.0001 * diameters.max(), bins + 1)
+    edges = np.linspace(0.0, 1.0001 * diameters.max(initial=0.0) or 1.0, bins + 1)
     sums = _block_sums(late["time"].to_numpy(np.float64), diameters, ends, edges)
     happened = events[(events["time"] > begin) & (events["time"] <= end)]
     kinds = happened["kind"].astype(str).to_numpy()
@@ -169,8 +161,13 @@ def study_sizes(
     steady = _steady(growth, trend)
     if steady is None:
         remarks.append(
-            f"Too short to tell whether sizes are steady: that takes {STEADY_TIMES:g} residence "
-            f"times of {residence:.3g} t0 and an error of the rates."
+            "Whether sizes are steady was not measured, because that takes an error of the rates "
+            f"and {STEADY_TIMES:g} residence times, "
+            + (
+                "which are not known before a droplet has left."
+                if math.isnan(residence)
+                else f"each {residence:.3g} t0 long."
+            )
         )
 
     def mean(of: Callable[[Floats], float]) -> Measured:
@@ -181,11 +178,11 @@ def study_sizes(
         begin,
         end,
         correlation,
-        block_count,
-        mean(lambda m: m[1] / m[0]),
-        mean(lambda m: m[3] / m[2]),
-        mean(lambda m: math.pi / 4 * m[2] / m[0]),
-        mean(lambda m: m[4] * m[0] / m[2] ** 2),
+        len(ends) - 1,
+        mean(lambda m: _ratio(m[1], m[0])),
+        mean(lambda m: _ratio(m[3], m[2])),
+        mean(lambda m: _ratio(math.pi / 4 * m[2], m[0])),
+        mean(lambda m: _ratio(m[4] * m[0], m[2] ** 2)),
         edges,
         _density(sums.numbers, edges),
         _density(sums.areas, edges),
@@ -197,6 +194,39 @@ def study_sizes(
         steady,
         remarks,
     )
+
+
+def _blocks(times: Floats, areas: Floats, begin: float) -> tuple[float, Floats, list[str]]:
+    """Return the correlation time, the ends of the blocks, and what has to be said of them."""
+    if not len(times):
+        remark = (
+            f"Sizes were not measured, because no frame from t = {begin:.4g} t0 on has a droplet. "
+            "Run for longer."
+        )
+        return math.nan, np.array([begin, begin]), [remark]
+    last = times[-1] if len(times) == 1 else float(np.nextafter(times[-1], np.inf))
+    if len(times) < FEWEST_FRAMES:
+        remark = (
+            f"Errors were not measured, because only {counted(len(times), 'frame')} from "
+            f"t = {begin:.4g} t0 on {'has' if len(times) == 1 else 'have'} droplets. "
+            "Run for longer, or lower interval."
+        )
+        return math.nan, np.array([times[0], last]), [remark]
+    correlation = correlation_time(times, areas)
+    spans = (times[-1] - times[0]) / correlation
+    count = int(min(MOST_BLOCKS, spans // BLOCK))
+    remarks = []
+    if count < FEWEST_BLOCKS:
+        remarks.append(
+            f"Errors were not measured, because the record from t = {begin:.4g} t0 on is "
+            f"{spans:.2g} correlation times long, and they take {BLOCK * FEWEST_BLOCKS:g}. "
+            "Run for longer."
+        )
+    return correlation, np.linspace(times[0], last, max(count, 1) + 1), remarks
+
+
+def _ratio(part: float, whole: float) -> float:
+    return float(part / whole) if whole > 0 else math.nan
 
 
 class _Sums(NamedTuple):
@@ -242,7 +272,7 @@ def _density(blocks: Floats, edges: Floats) -> Floats:
     widths = np.diff(edges)
 
     def density(sums: Floats, k: int) -> float:
-        return float(sums[k] / (sums.sum() * widths[k]))
+        return _ratio(sums[k], sums.sum() * widths[k])
 
     return np.array([jackknife(blocks, partial(density, k=k)) for k in range(len(widths))])
 
@@ -251,7 +281,7 @@ def _rate(weights: Floats, times: Floats, ends: Floats) -> Measured:
     """Return what happens per t0."""
     which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
     counts = np.bincount(which, weights, minlength=len(ends) - 1)
-    return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: s[0] / s[1])
+    return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: _ratio(s[0], s[1]))
 
 
 def _exchange(kinds: NDArray[Any], times: Floats, ends: Floats) -> Measured:
@@ -260,16 +290,12 @@ def _exchange(kinds: NDArray[Any], times: Floats, ends: Floats) -> Measured:
     counts = [
         np.bincount(which[kinds == kind], minlength=len(ends) - 1) for kind in ("merge", "breakup")
     ]
-
-    def share(sums: Floats) -> float:
-        return float(sums[0] / sums[1]) if sums[1] > 0 else math.nan
-
-    return jackknife(np.column_stack(counts).astype(np.float64), share)
+    return jackknife(np.column_stack(counts).astype(np.float64), lambda s: _ratio(s[0], s[1]))
 
 
 def _trend(series: pd.DataFrame, residence: float) -> Measured:
     """Return the change of the mean area over the last residence times, as a share of it."""
-    end = float(series["time"].iloc[-1])
+    end = float(series["time"].max())
     first = end - STEADY_TIMES * residence
     if not first >= 0:
         return Measured(math.nan, math.nan)

@@ -19,7 +19,7 @@ from pinchoff.model.emulsion_result import Emulsion
 from pinchoff.model.emulsion_scene import Coalescence
 from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
-from pinchoff.support.errors import InputError
+from pinchoff.support.errors import InputError, SimulationError
 
 WIDENING = 2.0
 """Of the channel."""
@@ -29,7 +29,7 @@ SPACING = 1.5
 
 _WIDE = 2.0  # length of the wide part, D0
 _SLOPE = 0.5  # length over which the width changes, D0
-_BEFORE, _BEHIND = 3.0, 3.0  # way of the first droplet before the wide part, of both behind it, D0
+_BEFORE, _BEHIND = 3.0, 3.0  # way before the wide part and behind it, D0
 _NEVER = 1e9  # K at which no film drains
 
 
@@ -142,6 +142,8 @@ def calibrate_drainage(
     ------
     InputError
         A number is out of range, or the pair does not touch and part.
+    SimulationError
+        A guard took out one of the droplets.
 
     Examples
     --------
@@ -161,6 +163,8 @@ def calibrate_drainage(
         widening=widening,
         spacing=spacing,
     )
+    if run.balance["retired"]:
+        raise SimulationError(run.guard_report, time=run.time)
     parted = run.events[run.events["kind"] == "parted"]
     if len(parted) != 1 or run.balance["breakups"]:
         got = f"{widening:g}, with {len(parted)} partings and {run.balance['breakups']} break-ups"

@@ -78,10 +78,9 @@ class ThinningHistory:
 def last_frame_necks(
     history: ThinningHistory, frame_rate: float, phases: ArrayLike | None = None
 ) -> Floats:
-    """Return the neck in the last frame before the break-up, for a camera that runs by itself.
+    """Return the neck in the last frame before the break-up of a camera that nothing triggers.
 
-    That frame is a share of the frame interval before the break-up, which is as likely to be one
-    as another.
+    That frame is up to one frame interval before the break-up, every time in it equally likely.
 
     Parameters
     ----------

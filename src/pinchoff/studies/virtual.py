@@ -1,4 +1,4 @@
-"""A virtual experiment: collisions as the paper's, drawn from a law or computed by the engine.
+"""A virtual experiment: collisions like the paper's, drawn from a law or computed by the engine.
 
 Its tables are synthetic and say so in the source of every row.
 """

@@ -11,6 +11,8 @@ from __future__ import annotations
 import errno
 from typing import ClassVar
 
+_LONGEST = 120  # letters of a value in a message
+
 
 class PinchoffError(Exception):
     """Base of every error that this package raises on purpose.
@@ -180,5 +182,5 @@ def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
     return refusal if (rule, advice) in _CHOSEN else PinchoffError(str(refusal))
 
 
-def _shortened(text: str, limit: int = 120) -> str:
-    return text if len(text) <= limit else f"{text[: limit - 1]}…"
+def _shortened(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"

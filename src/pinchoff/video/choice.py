@@ -427,11 +427,11 @@ class _Contest:
 
     def _closer_look(self, trials: Sequence[Trial]) -> Trial:
         """Return the best of a method's trials, on more frames."""
-        best = trials[0].quality.score
-        near = [each for each in trials if each.quality.score >= min(best, _NEARLY * best)]
+        best, *others = trials
+        near = [each for each in others if each.quality.score >= _NEARLY * best.quality.score]
         closer = [
             self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
-            for each in near[:_FINALISTS]
+            for each in [best, *near][:_FINALISTS]
         ]
         return max(closer, key=lambda each: each.quality.score)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
+from pinchoff.model.emulsion_result import RETIRED_WARNING
 from pinchoff.studies.lineage import lineage
 from pinchoff.support.numerals import counted
 
@@ -27,6 +28,7 @@ _COLORS: dict[Literal["generation", "size"], str] = {
     "generation": "the break-ups in a droplet's ancestry",
     "size": "size",
 }
+_RETIRED = 20  # droplets in the table of those that guards took out
 EXPLORE = "Explore these contacts: filter them, and simulate each on a pillar alone"
 """What leads to the page of the live model."""
 
@@ -63,12 +65,14 @@ def emulsion_page(
         Names of the files beside the page that it leads to, by what is said of each.
     """
     counts = run.balance
+    merges = f"{counts['merges']:.0f} merges, " if design.coalescence else ""
     page = Page(
         "Droplets through an array of pillars",
         f"{counts['start'] + counts['entered']:.0f} droplets in {run.time:.4g} t0: "
-        f"{counts['breakups']:.0f} break-ups, {counts['merges']:.0f} merges, "
+        f"{counts['breakups']:.0f} break-ups, {merges}"
         f"{counts['present']:.0f} droplets present. "
         f"{_STEADY[study.steady]}",
+        _ending(design, run, study),
     )
     for label, name in links.items():
         page.link(label, name)
@@ -81,34 +85,67 @@ def emulsion_page(
             page.figure(axes, f"The last frame, coloured by {label}.")
     page.facts(_settings(design, run))
     page.section("Sizes")
-    drawn = figures.sizes_over_time(run.sizes, study)
-    page.figure(
-        drawn, "Shares of the area by diameter against time. Means are taken from the dots on."
-    )
-    page.figure(figures.size_distribution(study), "Distribution of diameters, standard errors.")
-    page.facts(_sizes(design, study))
-    for remark in study.remarks:
-        page.paragraph(remark)
+    _tell_sizes(page, design, run, study)
     page.section("Rates")
-    page.figure(figures.rates_over_time(events, study), "What happens per t0.")
-    rates = {f"{k} (1/t0)": v for k, v in study.rates.items() if v.value > 0 or k == "breakup"}
-    balance = {"growth (1/t0)": study.growth}
-    if design.coalescence is not None:
-        balance["merges per break-up"] = study.exchange
-    page.facts({**rates, **balance})
+    _tell_rates(page, events, study, merging=design.coalescence is not None)
     if design.coalescence is not None:
         _tell_merging(page, events, design.coalescence, counts)
     page.section("Contacts and the break-up law")
     _tell_contacts(page, contacts, isolated)
     page.section("Lineage")
+    _tell_lineage(page, events, run.time)
+    page.section("How far this can be trusted")
+    _tell_trust(page, trust, run, study.start)
+    return page
+
+
+def _ending(design: EmulsionDesign, run: Emulsion, study: SizeStudy) -> str:
+    """Say what a reader has to know first: what guards did, and what was not measured, and why."""
+    told = []
+    if run.stopped or run.retired_share > RETIRED_WARNING:
+        report = run.guard_report
+        told.append(f"{report[0].upper()}{report[1:]}.")
+    if run.stopped:
+        told.append(f"It was to take {design.time:.4g} t0; what follows was measured up to there.")
+    return " ".join(told + study.remarks)
+
+
+def _tell_sizes(page: Page, design: EmulsionDesign, run: Emulsion, study: SizeStudy) -> None:
+    if len(study.series) > 1:
+        page.figure(
+            figures.sizes_over_time(run.sizes, study),
+            "Shares of the area by diameter against time. Means are taken from the dots on.",
+        )
+    else:
+        page.paragraph("Not drawn against time, because fewer than two frames have droplets.")
+    if not math.isnan(study.mean_diameter.value):
+        errors = "" if math.isnan(study.mean_diameter.error) else ", standard errors"
+        page.figure(figures.size_distribution(study), f"Distribution of diameters{errors}.")
+    page.facts(_sizes(design, study))
+
+
+def _tell_rates(page: Page, events: pd.DataFrame, study: SizeStudy, *, merging: bool) -> None:
+    if figures.rated_events(events).any():
+        page.figure(figures.rates_over_time(events, study), "What happens per t0.")
+    else:
+        page.paragraph("Not drawn, because no droplet came in, broke, merged or left.")
+    rates = {f"{k} (1/t0)": v for k, v in study.rates.items() if v.value > 0 or k == "breakup"}
+    balance = {"growth (1/t0)": study.growth}
+    if merging:
+        balance["merges per break-up"] = study.exchange
+    page.facts({**rates, **balance})
+
+
+def _tell_lineage(page: Page, events: pd.DataFrame, end: float) -> None:
+    family = lineage(events)
+    if not len(family):
+        page.paragraph("Not drawn, because no droplet came in, broke, merged or left.")
+        return
     page.figure(
-        figures.lineage_tree(lineage(events), run.time),
+        figures.lineage_tree(family, end),
         "The largest family, up to its first 60 droplets. A merged droplet goes on in the line of "
         "the larger of the two; dotted: the smaller one joins it.",
     )
-    page.section("How far this can be trusted")
-    _tell_trust(page, trust, run)
-    return page
 
 
 def _tell_merging(
@@ -128,13 +165,14 @@ def _tell_merging(
     )
     ended = events[events["kind"].isin(("parted", "merge"))]
     merged = ended[ended["kind"] == "merge"]
+    refused = events["reason"][events["kind"] == "unmerged"].astype(str)
+    closing = int(refused.str.startswith("the obstacle").sum())
     page.facts(
         {
             "contacts of two droplets": f"{counts['touches']:.0f}",
             "of these merged": f"{len(merged)}",
-            "merges refused, as the droplet would close round a pillar or cross itself": (
-                f"{counts['unmerged']:.0f}"
-            ),
+            "merges refused, as the droplet would close round a pillar": closing,
+            "merges refused, as it would cross itself": len(refused) - closing,
             "duration of a contact, median (t0)": _median(ended["time"] - ended["since"]),
             "facing length L at most, median (D0)": _median(ended["facing_length"]),
         }
@@ -204,9 +242,11 @@ def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
         "the same, weighted by area": study.weighted_diameter,
         "mean area (D0²)": study.mean_area,
         "<A²>/<A>²": study.dispersity,
-        "correlation time (t0)": f"{study.correlation_time:.3g}",
-        "blocks": study.blocks,
-        "residence time (t0)": f"{study.residence_time:.3g}",
+        "correlation time (t0)": _found(study.correlation_time, "not measured"),
+        "blocks that errors come from": (
+            "too few" if math.isnan(study.mean_area.error) else study.blocks
+        ),
+        "residence time (t0)": _found(study.residence_time, "not measured"),
         "trend of the mean area, share": study.trend,
     }
     scale = design.parameters.scale
@@ -219,8 +259,8 @@ def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
     return facts
 
 
-def _found(value: float) -> str:
-    return "none found" if math.isnan(value) else f"{value:.3g}"
+def _found(value: float, otherwise: str = "none found") -> str:
+    return otherwise if math.isnan(value) else f"{value:.3g}"
 
 
 def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | None) -> None:
@@ -229,6 +269,13 @@ def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | 
         "droplet's area and speed at contact. The line is the law of isolated collisions, with the "
         "separating line of the paper's simulations and w of its experiments"
     )
+    if not contacts["settled"].any():
+        seen = f"none of {counted(len(contacts), 'contact')} with a pillar" if len(contacts) else ""
+        page.paragraph(
+            "Not drawn, because "
+            + (f"{seen} was settled when the run ended." if seen else "no droplet met a pillar.")
+        )
+        return
     if isolated is None:
         page.figure(figures.contact_breakups(contacts), f"{law}.")
     else:
@@ -250,9 +297,14 @@ def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | 
     page.paragraph(f"{np.sum(~contacts['settled'])} contacts were not settled when the run ended.")
 
 
-def _tell_trust(page: Page, trust: Trust | None, run: Emulsion) -> None:
-    if trust is None or math.isnan(trust.slip):
-        page.paragraph("Not measured: no outlines were kept. Set outlines = true.")
+def _tell_trust(page: Page, trust: Trust | None, run: Emulsion, begin: float) -> None:
+    if trust is None:
+        page.paragraph("Slip and blocked gaps were not measured, because outlines = false.")
+    elif not trust.frames:
+        page.paragraph(
+            f"Slip and blocked gaps were not measured, because no frame from t = {begin:.4g} t0 on "
+            "has a droplet."
+        )
     else:
         page.facts(
             {
@@ -262,12 +314,38 @@ def _tell_trust(page: Page, trust: Trust | None, run: Emulsion) -> None:
                 "blocked gaps, share": f"{trust.blocked:.3g}",
                 "largest island of touching droplets": trust.largest_island,
                 "frames looked at": trust.frames,
-                "droplets taken out by guards": run.balance["retired"],
             }
         )
         page.paragraph(trust.verdict())
+    _tell_retired(page, run)
     page.paragraph(
         "Droplets do not disturb the flow. Few break in an open "
         "lattice, because they thread the gaps. Droplets below smallest_breaking do not break, "
         "which cuts off the lower tail of the distribution."
+    )
+
+
+def _tell_retired(page: Page, run: Emulsion) -> None:
+    gone = run.retired
+    if not len(gone):
+        page.paragraph("Guards took out no droplet.")
+        return
+    shown = gone.head(_RETIRED)
+    more = f"; the first {_RETIRED}" if len(gone) > _RETIRED else ""
+    rows = [
+        [
+            f"{row['droplet_id']}",
+            f"{row['time']:.4g}",
+            f"{row['x']:.3g}, {row['y']:.3g}",
+            f"{row['diameter']:.3g}",
+            f"{100 * row['share']:.2g} %",
+            row["reason"],
+        ]
+        for row in shown.to_dict("records")
+    ]
+    page.table(
+        ("droplet", "time (t0)", "x, y (D0)", "diameter (D0)", "share of all area", "why"),
+        rows,
+        f"Guards took out {counted(len(gone), 'droplet')} with {100 * run.retired_share:.2g} % of "
+        f"all area{more}",
     )

@@ -194,7 +194,7 @@ def _moments(result: VideoResult) -> list[_Moment]:
 
 
 def _film(clip: ClipOutcome, page: Path, frame: int) -> str:
-    """Return the address of a little before a frame in the annotated film; nothing if none."""
+    """Return an address shortly before a frame of the annotated film; empty where there is none."""
     fps = clip.result.get("overlay_fps")
     if not fps:
         return ""

@@ -41,7 +41,7 @@ _MOST_ROUNDS = 10  # rounds of closing; a bracket is then a millionth of the sca
 
 
 class Trial(NamedTuple):
-    """One run, as far as a search cares.
+    """What a search knows of one run.
 
     Attributes
     ----------

@@ -182,33 +182,26 @@ def fit_line(
     columns = [log_ca, log_area] if free_area else [log_ca + log_area]
     design = np.stack([np.ones_like(log_ca), *columns], axis=1)
     _require_rank(design)
-    inverse = np.linalg.inv(design.T @ design)
-    solver = inverse @ design.T
-    coefficients = solver @ np.log(s)
-    residuals = np.log(s) - design @ coefficients
-    freedom = s.size - design.shape[1]
-    bracket = np.broadcast_to(np.square(np.asarray(width) / s) / 12, s.shape)
-    covariance = inverse * (residuals @ residuals) / freedom + (solver * bracket) @ solver.T
-    reach = _quantile(confidence, freedom) * np.sqrt(np.diag(covariance))
+    coefficients, covariance, residuals = _least_squares(design, s, np.asarray(width))
+    quantile = _quantile(confidence, s.size - design.shape[1])
+    reach = quantile * np.sqrt(np.diag(covariance))
     low, high = coefficients - reach, coefficients + reach
     estimates = [
         Estimate(float(value), float(least), float(most), _METHOD)
         for value, least, most in zip(coefficients, low, high, strict=True)
     ]
-    control = ca * area
-    ratio = np.sqrt(area * 4 / math.pi)
     return LineFit(
         alpha=_exponential(estimates[0]),
         beta=estimates[1],
         area_power=estimates[-1],
-        area_exponent=_ratio(coefficients, covariance, _quantile(confidence, freedom))
+        area_exponent=_ratio(coefficients, covariance, quantile)
         if free_area
         else Estimate(1.0, 1.0, 1.0, "fixed"),
         speed=speed,
         confidence=confidence,
         count=s.size,
-        control_range=_range(control),
-        size_ratio_range=_range(ratio),
+        control_range=_range(ca * area),
+        size_ratio_range=_range(np.sqrt(area * 4 / math.pi)),
         symmetry_range=_range(s),
         residuals=residuals,
         coefficients=coefficients,
@@ -216,9 +209,23 @@ def fit_line(
     )
 
 
+def _least_squares(
+    design: NDArray[np.float64], symmetry: NDArray[np.float64], width: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the coefficients of ln S, their covariance as of `fit_line`, and the residuals."""
+    inverse = np.linalg.inv(design.T @ design)
+    solver = inverse @ design.T
+    coefficients = solver @ np.log(symmetry)
+    residuals = np.log(symmetry) - design @ coefficients
+    freedom = symmetry.size - design.shape[1]
+    bracket = np.broadcast_to(np.square(width / symmetry) / 12, symmetry.shape)
+    covariance = inverse * (residuals @ residuals) / freedom + (solver * bracket) @ solver.T
+    return coefficients, covariance, residuals
+
+
 def _require_rank(design: NDArray[np.float64]) -> None:
     points, unknowns = design.shape
-    # Distances from the mean, so that a range of rounding errors does not count as one.
+    # Taken from the mean, so that values that differ by rounding alone are not a range.
     spread = design[:, 1:] - design[:, 1:].mean(axis=0) if points else design[:, 1:]
     if points > unknowns and np.linalg.matrix_rank(spread, tol=1e-6) == unknowns - 1:
         return

@@ -293,7 +293,7 @@ def _points(
     values = {name: _values(name, given) for name, given in vary.items()}
     common = base.replace(offset=0.0, follow_daughters=False)
     if common.scale is not None and {"size_ratio", "simulation_capillary_number"} & values.keys():
-        common = common.replace(scale=None)  # other numbers are not that experiment's
+        common = common.replace(scale=None)  # other numbers would not be those of the experiment
     grid = itertools.product(*values.values())
     points = [common.replace(**dict(zip(values, chosen, strict=True))) for chosen in grid]
     for point in points:

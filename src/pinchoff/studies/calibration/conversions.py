@@ -91,8 +91,8 @@ def match_onset(
 ) -> Conversion | None:
     """Return the conversion that puts the simulated onset on that of the target.
 
-    The onset is found with the model's number of vertices and with twice as many, since N_v is
-    the constant of the numerics to which it answers most.
+    The onset is found with the model's number of vertices and with twice as many, because no other
+    constant of the numerics changes it as much as N_v.
 
     Parameters
     ----------

@@ -48,9 +48,9 @@ LANDSCAPES = (("edge_stiffness", "neck_separation"), ("neck_separation", "neck_t
 LOG = "evaluations.jsonl"
 
 _FORMAT = 1
-_TOLERANCE = 0.01  # the search ends where its places differ by less, in parts of the bounds,
-_FLATNESS = 1e-3  # and its objectives by less: about their roughness from the brackets
-_FIRST_STEP = 0.15  # of the search, in parts of the bounds
+_TOLERANCE = 0.01  # the search ends where its trials are nearer, relative to the bounds,
+_FLATNESS = 1e-3  # and their objectives too: brackets of finite width make them as rough
+_FIRST_STEP = 0.15  # of the search, relative to the bounds
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -218,33 +218,41 @@ def calibrate(
             settings=_settings(aim, model, bounds, points, width, scan),
             path=None if out is None else Path(out) / LOG,
         )
-        with_bar = wanted_progress(progress)
-        pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
-        total = 1 + evaluations + len(pairs) * grid**2
-        with progress_bar(with_bar, "evaluations", total) as show:
-            evaluator.on_evaluation = show
-            start = evaluator(values_of(bounds, model))
-            best, converged = _search(evaluator, bounds, start, evaluations)
-            surfaces = [
-                landscape(evaluator, best, names, grid_of(names, bounds, model, grid))
-                for names in pairs
-            ]
-            evaluator.on_evaluation = None
-            table = sensitivity_table(evaluator, best)
-    parameters = evaluator.parameters(best.changes)
+        found = _explored(evaluator, bounds, model, evaluations, grid, wanted_progress(progress))
+    parameters = evaluator.parameters(found["best"].changes)
     return Calibration(
         target=aim,
         parameters=parameters,
-        best=best,
-        start=start,
         bounds=bounds,
         control=control,
-        converged=converged,
         evaluations=_evaluations_table(evaluator),
-        sensitivity=table,
-        landscapes=surfaces,
         conversion=match_onset(aim, parameters, threads=threads),
+        **found,
     )
+
+
+def _explored(
+    evaluator: Evaluator, bounds: Bounds, model: Parameters, most: int, grid: int, with_bar: bool
+) -> dict[str, Any]:
+    """Return what the search finds, the landscapes and the sensitivities, as of `Calibration`."""
+    pairs = [pair for pair in LANDSCAPES if has_meaning(pair, model)] if grid else []
+    with progress_bar(with_bar, "evaluations", 1 + most + len(pairs) * grid**2) as show:
+        evaluator.on_evaluation = show
+        start = evaluator(values_of(bounds, model))
+        best, converged = _search(evaluator, bounds, start, most)
+        landscapes = [
+            landscape(evaluator, best, names, grid_of(names, bounds, model, grid))
+            for names in pairs
+        ]
+        evaluator.on_evaluation = None
+        sensitivity = sensitivity_table(evaluator, best)
+    return {
+        "start": start,
+        "best": best,
+        "converged": converged,
+        "landscapes": landscapes,
+        "sensitivity": sensitivity,
+    }
 
 
 def _search(

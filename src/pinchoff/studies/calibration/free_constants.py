@@ -85,7 +85,7 @@ def _require_inside(name: str, ends: tuple[float, float], model: Parameters) -> 
         raise InputError.of(f"free[{name!r}]", rule, list(ends), advice)
     if name == CONVERSION:
         return
-    # The end itself is looked at here; one that does not go with others is met in the search.
+    # Each end is checked alone. Whether it agrees with other constants shows in the search.
     others: dict[str, Any] = {"neck_thickness": 0.0}
     if name == "neck_thickness":
         others = {"neck_separation_unit": "perimeter", "neck_separation": 0.49}

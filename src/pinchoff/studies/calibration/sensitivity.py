@@ -1,4 +1,4 @@
-"""How the simulated line answers to single constants, and to pairs of them."""
+"""How much the simulated line changes with single constants, and with pairs of them."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def landscape(
 
 
 def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
-    """Return how much S_c answers to each of `CONSTANTS` that the model has, about the best set.
+    """Return how much S_c changes with each of the model's `CONSTANTS`, near the best set.
 
     Each constant is made a fifth larger and a fifth smaller (N_v: a quarter, to a multiple of 4),
     the others kept; what follows from one by default, as k̃_a and ε̃_w do from γ̃, follows it.

@@ -1,6 +1,6 @@
 """What a calibration aims at: a separating line, or measured collisions.
 
-Both are asked at the same places, values of x = Ca Ã z̃, how far a simulated line is from them.
+Each is given a simulated line at some values of x = Ca Ã z̃, and tells how far it is from it.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ class CollisionsTarget:
     """Measured collisions as a target: how well a simulated line separates those that broke.
 
     They are read and checked as for `pinchoff.fit_law`, and the same rows are used. Sizes differ
-    from row to row; the model has one, their median.
+    from row to row; the model takes their median for all.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ class Levels:
     configuration: Any
 
     def at(self, u: float) -> Any:
-        """Return the value at `u` in [0, 1): each has an equal share."""
+        """Return the value at `u` in [0, 1): every value has the same share of it."""
         return self.values[min(int(u * len(self.values)), len(self.values) - 1)]
 
     def ends(self) -> Iterator[tuple[str, Any]]:
@@ -57,7 +57,7 @@ class Range:
     def at(self, u: float) -> float:
         """Return the value at `u` in [0, 1)."""
         if self.whole:
-            # The ends get a full share each, which rounding within them would halve.
+            # Each end has a full share, which rounding alone would halve.
             low, high = self.low - 0.5, self.high + 0.5
             return min(max(round(self._between(low, high, u)), round(self.low)), round(self.high))
         return min(max(self._between(self.low, self.high, u), self.low), self.high)
@@ -109,7 +109,7 @@ def read_axis(
 
 
 def _plain(value: Any) -> Any:
-    """Return numbers as floats, so that 20 and 20.0 are one, and all else as it is."""
+    """Return numbers as floats, so that 20 and 20.0 are the same, and all else unchanged."""
     number = isinstance(value, (int, float, np.integer, np.floating))
     return float(value) if number and not isinstance(value, bool) else value
 

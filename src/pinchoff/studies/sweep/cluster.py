@@ -1,11 +1,12 @@
-"""Parts of a sweep as tasks on a Dask cluster."""
+"""Parts of a sweep, or whole runs, as tasks on a Dask cluster."""
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+import itertools
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import closing, contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pinchoff.studies.sweep.dataset import SweepDataset
 from pinchoff.studies.sweep.design import SweepDesign
@@ -16,13 +17,15 @@ from pinchoff.support.progress import Show
 if TYPE_CHECKING:
     from distributed import Client
 
+Result = TypeVar("Result")
+
 _TASKS_A_THREAD = 4  # tasks that wait for each thread, so that no worker runs dry
 _SECONDS_TO_CONNECT = 10
 
 
 @contextmanager
 def connected(address: str) -> Iterator[Client]:
-    """Connect to a scheduler, such as ``tcp://127.0.0.1:8786``, and leave it in the end.
+    """Connect to a scheduler, such as ``tcp://127.0.0.1:8786``, until the block ends.
 
     Raises
     ------
@@ -56,9 +59,6 @@ def on_cluster(
 ) -> Generator[Part, None, None]:
     """Compute parts on a cluster, and yield them as they arrive.
 
-    Only a few tasks per thread wait on the cluster at any time, and a part stays in no memory
-    once it has been yielded. The parts of a worker that dies are computed anew by another.
-
     Raises
     ------
     InputError
@@ -66,19 +66,52 @@ def on_cluster(
     PinchoffError
         The scheduler was lost, or a part took one worker after the other with it.
     """
+    done = 0
+    given = ((design, part, dataset.rows_of(part)) for part in missing)
+    with closing(computed_on(client, _compute_part, given)) as parts:
+        for part in parts:
+            done += len(dataset.rows_of(part.number))
+            if show is not None:
+                show(done)
+            yield part
+
+
+def computed_on(
+    client: Client, compute: Callable[..., Result], given: Iterable[tuple[Any, ...]]
+) -> Generator[Result, None, None]:
+    """Call a function on a cluster, and yield what it returns as it arrives.
+
+    Only a few tasks per thread wait on the cluster at any time, and what it returned stays in no
+    memory once it has been yielded. The tasks of a worker that dies are computed anew by another.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    compute : callable
+        Of a module of this package.
+    given : iterable of tuple
+        The arguments of each call.
+
+    Raises
+    ------
+    InputError
+        The cluster has no workers, or they have another version of the package.
+    PinchoffError
+        The scheduler was lost, or a task took one worker after the other with it.
+    """
     from distributed import KilledWorker, as_completed
 
-    if not missing:
+    waiting = iter(given)
+    first = next(waiting, None)
+    if first is None:
         return
-    waiting = iter(missing)
+    waiting = itertools.chain((first,), waiting)
     futures = as_completed(loop=client.loop)
     pending: set[object] = set()
-    done = 0
 
     def submit() -> None:
-        for part in waiting:
-            rows = dataset.rows_of(part)
-            future = client.submit(_task, design, part, rows, _version(), pure=False)
+        for arguments in waiting:
+            future = client.submit(_task, compute, _version(), *arguments, pure=False)
             pending.add(future)
             futures.add(future)
             return
@@ -87,14 +120,11 @@ def on_cluster(
         for _ in range(_TASKS_A_THREAD * _threads_of(client)):
             submit()
         for future in futures:
-            part: Part = future.result()
+            result: Result = future.result()
             pending.discard(future)
             future.release()
             submit()
-            done += len(dataset.rows_of(part.number))
-            if show is not None:
-                show(done)
-            yield part
+            yield result
     except KilledWorker as error:
         raise _lost("no worker survived a part", "see the logs of the workers") from error
     except (CancelledError, OSError) as error:
@@ -104,12 +134,16 @@ def on_cluster(
             client.cancel(list(pending))
 
 
-def _task(design: SweepDesign, part: int, rows: range, version: str) -> Part:
-    """Compute one part on a worker; Dask runs as many of them at once as the worker has threads."""
+def _task(compute: Callable[..., Result], version: str, *arguments: Any) -> Result:
+    """Call on a worker; Dask runs as many of these at once as the worker has threads."""
     here = _version()
     if here != version:
         advice = f"install pinchoff {version} on all of them"
         raise InputError.of("client", f"of workers with pinchoff {version}", here, advice)
+    return compute(*arguments)
+
+
+def _compute_part(design: SweepDesign, part: int, rows: range) -> Part:
     return compute_parts(design, {part: rows}, threads=1)[0]
 
 

@@ -225,7 +225,7 @@ class SweepDesign:
                 try:
                     self._parameters({**first, axis.name: value})
                 except InputError as error:
-                    # What depends on several parameters shows in `check`, with all of them.
+                    # Rules over several parameters are checked in `check`, which has all of them.
                     if error.argument == axis.name:
                         raise error.renamed(argument) from None
 
@@ -256,7 +256,7 @@ def _fixed_constants(config: Mapping[str, Any]) -> dict[str, Any]:
 def _physical_magnitudes(
     config: Mapping[str, Any], constants: Mapping[str, Any], vary: Mapping[str, Any]
 ) -> dict[str, float] | None:
-    """Read [physical]; the varied quantities stand for themselves."""
+    """Read [physical], but for the quantities that are varied."""
     given = config.get("physical")
     if given is None:
         return None

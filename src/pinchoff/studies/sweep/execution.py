@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 
-_RUNS_A_THREAD = 32  # runs for each thread in a batch: so many that few wait for the slowest
+_RUNS_A_THREAD = 32  # runs for each thread in a batch: enough that few threads stand idle
 
 
 class SweepResult(NamedTuple):
@@ -159,7 +159,7 @@ def _workers(threads: int | None, client: object) -> int:
 
 
 def _check(design: SweepDesign, path: Path, progress: bool) -> None:
-    """Refuse what is wrong before anything is written; what was begun has been checked."""
+    """Refuse a wrong design before anything is written; one that was begun has been checked."""
     scale = design.point(0).scale
     if scale is not None:
         warn_of_thickness(scale)

@@ -16,8 +16,8 @@ def unit_points(
 ) -> NDArray[np.float64]:
     """Return some points of a sample of the unit cube.
 
-    A point depends on its number, not on which others are asked for. Only the Latin hypercube,
-    whose points know of each other, is drawn and held whole, as numbers.
+    A point depends on its number alone, not on which others are asked for. Only the Latin
+    hypercube, whose points know of each other, is drawn and held whole, as numbers.
 
     Parameters
     ----------

@@ -132,7 +132,7 @@ def summarize(path: str | os.PathLike[str]) -> Summary:
 
 
 def _outcomes(batch: pa.RecordBatch) -> pa.Array:
-    """Return what came of each row that counts; of what was not simulated, whether it broke.
+    """Return the outcome of each row that counts: broke or not where nothing was simulated.
 
     A droplet that never met the obstacle did not "pass" it: its outcome is "no contact". Other
     rejected rows have none; they are counted by their reasons.
@@ -175,7 +175,7 @@ class _Sample:
     generator: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
 
     def add(self, batch: pa.RecordBatch) -> None:
-        """Draw from some further rows; only those with a place in the plane count."""
+        """Draw from some further rows, among those that have a place in the plane."""
         accepted = batch["accepted"].to_numpy(zero_copy_only=False)
         measured = np.isfinite(batch["symmetry"].to_numpy(zero_copy_only=False))
         fit = accepted.astype(bool) & measured & batch["broke"].is_valid().to_numpy(False)
