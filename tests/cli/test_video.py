@@ -93,9 +93,8 @@ def test_results(done):
     assert len(outlines.measure()) > result["frames"]
     page = (done / "index.html").read_text(encoding="utf-8")
     assert "2 collisions in 1 clip" in page
-    assert (
-        page.count('class="picture"') == 3
-    )  # a frame and two figures; collisions stand in the gallery
+    # A frame and two figures; the collisions stand in the gallery.
+    assert page.count('class="picture"') == 3
 
 
 def test_annotated_clip_shows_every_frame(done):
