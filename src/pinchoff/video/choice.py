@@ -170,7 +170,8 @@ class _Known(NamedTuple):
     @property
     def shorter(self) -> int:
         """Shorter side of the picture, pixels."""
-        return min(self.frames[0].luma.shape)
+        side: int = min(self.frames[0].luma.shape)
+        return side
 
 
 def _rings(clip: _Known) -> Iterator[Variants]:
