@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
 from collections.abc import Callable
+from pathlib import Path
 
 # Read when NumPy is first imported. Tests have a worker a core. Further threads of BLAS only wait
 # for one another, and the flow through the device takes five times the CPU.
@@ -75,6 +77,27 @@ def experiment() -> dict[str, str]:
         "thickness": "85 um",
         "offset": "20 um",
     }
+
+
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Put figures together, and write a pixel in place of each picture.
+
+    For tests that count pictures and do not look at them: rendering takes most of their time.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    pixel = io.BytesIO()
+    FigureCanvasAgg(Figure(figsize=(0.01, 0.01), dpi=100)).print_png(pixel)
+
+    def save(figure: Figure, target: io.BytesIO | str | os.PathLike[str], **how: object) -> None:
+        if isinstance(target, io.BytesIO):
+            target.write(pixel.getvalue())
+        else:
+            Path(target).write_bytes(pixel.getvalue())
+
+    monkeypatch.setattr(Figure, "savefig", save)
 
 
 def drawn(n: int, seed: int, width: float = WIDTH, line: Line = TRUTH) -> pd.DataFrame:

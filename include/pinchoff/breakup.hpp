@@ -79,8 +79,7 @@ inline std::vector<Droplet> Island::daughters_of(const Droplet& parent, Vec2 vel
     for (int k = 0; k < 2; ++k) {
         rest[k] = parent.ring.rest_area * areas[k] / (areas[0] + areas[1]);
         const double diameter = std::sqrt(rest[k] / kReferenceArea);
-        *shapes[k] =
-            respace(*shapes[k], world_->vertices_for(diameter, perimeter(shapes[k]->r)));
+        *shapes[k] = respace(*shapes[k], world_->vertices_for(diameter, perimeter(shapes[k]->r)));
         momentum = momentum + rest[k] / parent.ring.rest_area * mean(shapes[k]->v);
     }
     const Vec2 correction = velocity - momentum;

@@ -105,6 +105,17 @@ public:
     }
     void meet(int obstacle) { contacted.push_back(obstacle); }
 
+    /// Becomes the droplet that another is, whose vertices it has in place of that one's.
+    void stand_for(const Droplet& other) {
+        id = other.id;
+        generation = other.generation;
+        contacted = other.contacted;
+        key = other.key;
+        meetings = other.meetings;
+        widest = other.widest;
+        mended = other.mended;
+    }
+
     std::vector<Vec2> positions() const { return copy(ring.x, ring.y); }
     std::vector<Vec2> velocities() const { return copy(ring.vx, ring.vy); }
 

@@ -103,14 +103,8 @@ inline void Emulsion::follow_perimeter(Droplet& d) const {
     if (wanted < kDrawnOut * d.ring.count && kDrawnIn * wanted > d.ring.count) return;
     const Shape even = respace({r, d.velocities()}, wanted);
     Droplet anew(world_.model, d.ring.rest_area, even.r, even.v);
-    anew.id = d.id;
-    anew.generation = d.generation;
-    anew.contacted = std::move(d.contacted);
-    anew.key = d.key;
-    anew.widest = d.widest;
-    anew.meetings = d.meetings;
+    anew.stand_for(d);
     anew.bridge = static_cast<int>(std::int64_t{d.bridge} * wanted / d.ring.count);
-    anew.mended = d.mended;
     d = std::move(anew);
 }
 

@@ -38,10 +38,7 @@ inline void Island::mend(const Finding& found) {
     Shape even = respace(whole, d.ring.count);
     scale_to_area(even, d.ring.rest_area);
     Droplet mended = heir(d, Droplet(world_->model, d.ring.rest_area, even.r, even.v));
-    mended.id = d.id;
-    mended.generation = d.generation;
-    mended.key = d.key;
-    mended.meetings = d.meetings;
+    mended.stand_for(d);
     mended.mended = time();
     remove(found.droplet);
     add(std::move(mended));

@@ -2,7 +2,9 @@
 // simulated and filmed droplets alike. An outline is a list of vertices; the last joins the first.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -39,6 +41,19 @@ inline double signed_area(const Ring& ring) {
     double twice = sum(lanes);
     for (int i = whole; i < ring.count; ++i) twice += x[i] * y[i + 1] - x[i + 1] * y[i];
     return 0.5 * twice;
+}
+
+/// Least distance of the edges from a point.
+inline double distance_to(Outline r, Vec2 point) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < r.size(); ++i) {
+        const Vec2 from = r[i] - point, edge = next_vertex(r, i) - r[i];
+        const double squared = dot(edge, edge);
+        const double share = squared > 0.0 ? std::clamp(-dot(from, edge) / squared, 0.0, 1.0) : 0.0;
+        const Vec2 nearest = from + share * edge;
+        least = std::min(least, dot(nearest, nearest));
+    }
+    return std::sqrt(least);
 }
 
 inline double perimeter(Outline r) {

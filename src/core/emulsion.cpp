@@ -91,7 +91,7 @@ nb::tuple frame(const EmulsionRun& self) {
                           array_of(velocities));
 }
 
-/// (n, 4): number, generation, diameter of equal area and x of the centre.
+/// (n, 5): number, generation, diameter of equal area, x and y of the centre.
 Matrix sizes(const EmulsionRun& self) {
     std::vector<double> out;
     for (const Droplet& d : self.emulsion.droplets()) {

@@ -55,6 +55,9 @@ void bind_geometry(nb::module_& m) {
         },
         "outline"_a, "Centre of mass (x, y) of the area inside an (n, 2) outline [appendix B].");
     m.def(
+        "distance", [](Points r, Pair point) { return distance_to(outline_of(r), vec(point)); },
+        "outline"_a, "point"_a, "Least distance of the edges of an (n, 2) outline from a point.");
+    m.def(
         "shape_parameter", [](Points r) { return shape_parameter(outline_of(r)); }, "outline"_a,
         "P²/(4πA) of an (n, 2) outline, 1 for a circle [appendix B].");
     m.def(

@@ -1,7 +1,7 @@
 """Configurations, options and tables, mutated at random, through the command line's entry point.
 
 Each ends with exit code 0 or 2, in a line of our form, soon. `--attacks N` sets how many are tried:
-as many configurations and options, and half as many tables.
+as many configurations and options, and half as many tables. Another number draws others.
 """
 
 from __future__ import annotations
@@ -178,6 +178,17 @@ OPTIONS = {
 }
 """By command: its options, one a line; the first " = " stands for a space."""
 
+COSTLY = ("calibrate", "emulsion", "chamber")
+"""Of these a third as many are tried."""
+
+
+def share(name: str, attacks: int) -> int:
+    """Return how many of all attacks on configurations and options one kind of them gets."""
+    weight = {each: 1 if each in COSTLY else 3 for each in (*CONFIGURATIONS, *OPTIONS)}
+    total = sum(weight[each] for each in (*CONFIGURATIONS, *OPTIONS))
+    return max(1, attacks * weight[name] // total)
+
+
 VALUES = (
     *("nan", "inf", "-inf", "-1", "0", "1e-320", "1e308", "-0.0", "true", "false", "[]", "{}"),
     *('""', '"x"', '"1 um"', '"-3 mm/s"', '"µ"', "[1, 2]", '["a"]', "{ min = 1 }", "1979-05-27"),
@@ -270,13 +281,13 @@ def filled(arguments: list[str], config: Path) -> list[str]:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("name", CONFIGURATIONS)
 def test_mutated_configurations(attack: Attack, attacks: int, tmp_path: Path, name: str) -> None:
-    draw = random.Random(name)
+    draw = random.Random(f"{name} {attacks}")
     base, arguments = CONFIGURATIONS[name]
     config = tmp_path / "given.toml"
     config.write_text(base)
     assert main([*filled(arguments, config), "--out", str(tmp_path / "base")]) == 0
     found: dict[str, str] = {}
-    for k in range(max(1, attacks // (len(CONFIGURATIONS) + len(OPTIONS)))):
+    for k in range(share(name, attacks)):
         text = mutated_lines(draw, base)
         config.write_bytes(text.encode())
         out = tmp_path / str(k) / "out"
@@ -294,11 +305,11 @@ def options_of(text: str) -> list[str]:
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("command", OPTIONS)
 def test_mutated_options(attack: Attack, attacks: int, tmp_path: Path, command: str) -> None:
-    draw = random.Random(command)
+    draw = random.Random(f"{command} {attacks}")
     base = OPTIONS[command]
     assert main([command, *options_of(base), "--out", str(tmp_path / "base.csv")]) == 0
     found: dict[str, str] = {}
-    for k in range(max(1, attacks // (len(CONFIGURATIONS) + len(OPTIONS)))):
+    for k in range(share(command, attacks)):
         text = mutated_lines(draw, base)
         folder = tmp_path / str(k)
         folder.mkdir()
@@ -361,7 +372,7 @@ def parquet(draw: random.Random, frame: pd.DataFrame) -> bytes:
 def test_mutated_tables(
     attack: Attack, attacks: int, table: pd.DataFrame, tmp_path: Path, suffix: str
 ) -> None:
-    draw = random.Random(suffix)
+    draw = random.Random(f"{suffix} {attacks}")
     found: dict[str, str] = {}
     path = tmp_path / f"table{suffix}"
     share = {".csv": 0.4, ".tsv": 0.1, ".xlsx": 0.3, ".ods": 0.05, ".parquet": 0.15}[suffix]

@@ -45,15 +45,17 @@ def main(build: str) -> None:
     print(f"simulate_many: {len(table)} collisions on 4 threads, {table['broke'].sum()} broke")
     starts = [[x, y, 0.9] for x in np.arange(6) * 1.3 for y in np.arange(6) * 1.3]
     for model in ("front-tracking", "deformable-particle"):
-        run = po.simulate_emulsion(
-            po.Parameters(simulation_capillary_number=20, model=model),
-            time=2,
-            droplets=starts,
-            obstacles=[[9.0, y, 0.4] for y in np.arange(5) * 1.6],
-            flow=po.flow.uniform(),
-            threads=4,
-        )
-        print(f"simulate_emulsion, {model}: {run.balance}")
+        for coalescence in (None, po.Coalescence(0.01, stochastic=True)):
+            run = po.simulate_emulsion(
+                po.Parameters(simulation_capillary_number=20, model=model, vertex_count=32),
+                time=3,
+                droplets=starts,
+                obstacles=[[9.0, y, 0.4] for y in np.arange(5) * 1.6],
+                flow=po.flow.uniform(),
+                coalescence=coalescence,
+                threads=4,
+            )
+            print(f"simulate_emulsion, {model}, {coalescence}: {run.balance}")
     shutil.rmtree(folder, ignore_errors=True)
 
 

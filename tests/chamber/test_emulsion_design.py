@@ -64,6 +64,12 @@ def test_a_switch_is_true_or_false(name, refused):
     refused(name, EmulsionDesign.from_config, {**copy.deepcopy(CELL), name: "yes"})
 
 
+@pytest.mark.parametrize("length", [-1, 1e4, 9223372036854775808])
+def test_margins_have_bounds(length, refused):
+    array = {**CELL["array"], "behind": length}
+    refused("array.behind", EmulsionDesign.from_config, {**copy.deepcopy(CELL), "array": array})
+
+
 class Watched(EmulsionDesign):
     """A design that notes until when it was run, and calls the sizes steady from a time on."""
 

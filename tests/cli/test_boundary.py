@@ -61,6 +61,7 @@ def test_several_sizes_and_line_tensions_draw_their_figures(tmp_path):
     assert set(report["appendix_c"]["slopes"]) == {"60", "190"}
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_json_is_all_of_stdout(tmp_path, capsys):
     assert boundary("--capillary", "25,40,64", *QUICK, "--out", tmp_path / "a", "--json") == 0
     printed = capsys.readouterr()
@@ -68,6 +69,7 @@ def test_json_is_all_of_stdout(tmp_path, capsys):
     assert "wrote" in printed.err
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_config_and_a_preset(tmp_path):
     config = tmp_path / "config.toml"
     config.write_text('preset = "paper-step"\nedge_stiffness = 2\n', encoding="utf-8")
@@ -76,6 +78,7 @@ def test_a_config_and_a_preset(tmp_path):
     assert (base["time_step"], base["edge_stiffness"]) == (1e-4, 2)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_one_point_has_no_line_and_says_why(tmp_path, capsys):
     assert boundary("--capillary", 40, *QUICK, "--out", tmp_path / "a") == 0
     report = report_in(tmp_path / "a")
@@ -84,6 +87,7 @@ def test_one_point_has_no_line_and_says_why(tmp_path, capsys):
     assert "3 or more points" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_captured_droplets_are_said_to_count_as_not_broken(tmp_path, capsys):
     """Head-on the droplet stays; near it others break: the outcome changes twice."""
     out = tmp_path / "a"
@@ -95,6 +99,7 @@ def test_captured_droplets_are_said_to_count_as_not_broken(tmp_path, capsys):
     assert report_in(out)["captured_runs"] == 1
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_failed_runs_are_named_on_stderr(tmp_path, capsys):
     failing = ["--capillary", 40, "--set", "area_stiffness=1", "--scan", 4]
     assert boundary(*failing, "--out", tmp_path / "a") == 0
@@ -105,6 +110,7 @@ def test_failed_runs_are_named_on_stderr(tmp_path, capsys):
     assert "unresolved" in printed.out
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_results_are_kept_unless_overwritten(tmp_path, capsys):
     out = tmp_path / "a"
     command = ["--capillary", 40, *QUICK, "--out", out]

@@ -26,9 +26,9 @@ def calibrate(*arguments):
 
 @pytest.fixture(scope="module")
 def coarse(tmp_path_factory):
-    """Fewer vertices, a quarter of the work."""
+    """Fewer vertices, a small part of the work."""
     path = tmp_path_factory.mktemp("config") / "coarse.toml"
-    path.write_text("vertex_count = 48\n")
+    path.write_text("vertex_count = 32\n")
     return path
 
 
@@ -55,6 +55,7 @@ def test_the_report(out):
     assert abs(mean["line_tension"]) < 0.1
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_same_command_takes_up_the_evaluations(out, coarse, monkeypatch, capsys):
     before = (out / "evaluations.jsonl").read_bytes()
     monkeypatch.setattr(evaluation, "boundary", None)  # nothing is left to simulate

@@ -72,6 +72,7 @@ def test_the_papers_device_by_default(tmp_path, capsys):
     assert "flow-focusing junction" in svg
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_quantities_settings_and_a_file_agree(tmp_path):
     config = tmp_path / "device.toml"
     config.write_text("[imaging]\nrows = 4\npitch_um = 700\n", encoding="utf-8")
@@ -84,8 +85,17 @@ def test_quantities_settings_and_a_file_agree(tmp_path):
     assert imaging["obstacle_radius_um"] == pytest.approx(60)
 
 
-def test_json_is_all_of_stdout(tmp_path, capsys):
-    assert chamber("--out", tmp_path / "a", "--json") == 0
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A device of few pillars, for what does not depend on them."""
+    config = tmp_path_factory.mktemp("small") / "small.toml"
+    config.write_text(SMALL, encoding="utf-8")
+    return config
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_json_is_all_of_stdout(small, tmp_path, capsys):
+    assert chamber(small, "--out", tmp_path / "a", "--json") == 0
     printed = capsys.readouterr()
     assert json.loads(printed.out) == design_in(tmp_path / "a")
     assert "wrote" in printed.err
@@ -111,15 +121,16 @@ def test_with_warn_the_same_design_is_written(tmp_path, capsys):
     assert all(line.startswith("warning: ") for line in printed.err.splitlines())
 
 
-def test_results_are_kept_unless_overwritten(tmp_path, capsys):
+@pytest.mark.usefixtures("unrendered")
+def test_results_are_kept_unless_overwritten(small, tmp_path, capsys):
     out = tmp_path / "a"
-    assert chamber("--out", out) == 0
+    assert chamber(small, "--out", out) == 0
     before = {path.name: path.read_bytes() for path in out.iterdir()}
     capsys.readouterr()
-    assert chamber("--out", out) == 2
+    assert chamber(small, "--out", out) == 2
     assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
-    assert chamber("--out", out, "--overwrite") == 0
+    assert chamber(small, "--out", out, "--overwrite") == 0
     after = {path.name: path.read_bytes() for path in out.iterdir()}
     again = [name for name in before if after[name] == before[name]]
     assert set(again) >= {"chamber.gds", "chamber.scad", "chamber.stl", "chamber.svg"}
@@ -158,11 +169,9 @@ def test_help_has_an_example(capsys):
 
 
 @pytest.mark.slow
-def test_the_flow_and_a_collision_in_it(tmp_path, capsys):
-    config = tmp_path / "small.toml"
-    config.write_text(SMALL, encoding="utf-8")
+def test_the_flow_and_a_collision_in_it(small, tmp_path, capsys):
     out = tmp_path / "a"
-    assert chamber(config, "--flow", "--out", out) == 0
+    assert chamber(small, "--flow", "--out", out) == 0
     assert files_in(out) == sorted([*ALWAYS, "chamber.collision.png", "chamber.flow.png"])
     flow = design_in(out)["flow"]
     assert flow["mass_error"] < 0.01

@@ -36,6 +36,7 @@ def run(folder, text):
     return main(["emulsion", str(folder / "config.toml"), "--out", str(folder / "out")])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_page_has_every_figure_and_a_second_run_goes_on(tmp_path):
     assert run(tmp_path, CONFIG) == 0
     page = (tmp_path / "out" / "index.html").read_text()
@@ -120,6 +121,7 @@ def test_physical_units_give_the_same_run(tmp_path):
 SHORT = CONFIG.replace("time = 12", "time = 9")
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_sweep_writes_a_folder_a_run_and_a_table(tmp_path):
     import pandas as pd
 

@@ -32,6 +32,14 @@ def fit(*arguments):
     return main(["fit", *map(str, arguments)])
 
 
+@pytest.fixture(scope="module")
+def fitted(virtual, tmp_path_factory):
+    """A folder with a finished fit."""
+    out = tmp_path_factory.mktemp("fit") / "law"
+    assert fit(virtual, *QUICK, "--out", out) == 0
+    return out
+
+
 def files_in(folder):
     return sorted(path.name for path in folder.iterdir())
 
@@ -63,6 +71,7 @@ def test_numbers_figures_and_page(virtual, tmp_path, capsys):
     assert not re.search(r'(?:src|href)="(?!data:|#|explore\.html)', page)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_table_of_ones_own(tmp_path, capsys):
     table = po.virtual_experiment(2, 600, symmetry_noise=0)
     mine = pd.DataFrame(
@@ -98,6 +107,7 @@ def test_a_table_of_ones_own(tmp_path, capsys):
     assert "symmetry is not from 0 to 2" in (tmp_path / "law" / "report.html").read_text("utf-8")
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_daughters_and_necks_where_there_are_some(tmp_path):
     runs = po.virtual_experiment(3, 60, outcomes="engine", symmetry_noise=0, progress=False)
     write_collisions(runs, tmp_path / "runs.csv")
@@ -105,6 +115,7 @@ def test_daughters_and_necks_where_there_are_some(tmp_path):
     assert {"daughter_areas.png", "neck_histograms.png"} <= {*files_in(tmp_path / "law")}
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_separated_outcomes_say_why_there_is_no_width(tmp_path, capsys):
     table = po.virtual_experiment(4, 600, width=0.0, symmetry_noise=0)
     write_collisions(table, tmp_path / "step.parquet")
@@ -117,33 +128,35 @@ def test_separated_outcomes_say_why_there_is_no_width(tmp_path, capsys):
     assert not (tmp_path / "law" / "laws.csv").exists()
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_json_alone(virtual, tmp_path, capsys):
     assert fit(virtual, *QUICK, "--json", "--out", tmp_path / "law") == 0
     assert json.loads(capsys.readouterr().out) == law_in(tmp_path / "law")
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_an_end_that_is_not_there_is_null(tmp_path):
     """Some collisions bound β on one side only; JSON has no infinity."""
     table = po.virtual_experiment(1, 3000, symmetry_noise=0)
     broke = table[table["broke"].astype(bool)].head(2)
     few = pd.concat([broke, table[~table["broke"].astype(bool)].head(14)])
     write_collisions(few, tmp_path / "few.parquet")
-    assert fit(tmp_path / "few.parquet", "--out", tmp_path / "law") == 0
+    assert fit(tmp_path / "few.parquet", *QUICK, "--out", tmp_path / "law") == 0
     law = law_in(tmp_path / "law")
     ends = [law[name][end] for name in ("alpha", "beta", "w") for end in ("low", "high")]
     assert None in ends
 
 
-def test_results_are_not_overwritten_unasked(virtual, tmp_path, capsys):
-    arguments = [virtual, *QUICK, "--out", tmp_path / "law"]
-    assert fit(*arguments) == 0
-    before = (tmp_path / "law" / "law.json").read_bytes()
+@pytest.mark.usefixtures("unrendered")
+def test_results_are_not_overwritten_unasked(virtual, fitted, capsys):
+    arguments = [virtual, *QUICK, "--out", fitted]
+    before = (fitted / "law.json").read_bytes()
     assert fit(*arguments) == 2
     assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
     assert fit(*arguments, "--overwrite", "--confidence", "2") == 2
-    assert (tmp_path / "law" / "law.json").read_bytes() == before
+    assert (fitted / "law.json").read_bytes() == before
     assert fit(*arguments, "--overwrite") == 0
-    assert (tmp_path / "law" / "law.json").read_bytes() == before
+    assert (fitted / "law.json").read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -134,14 +134,16 @@ def test_same_collision_as_the_library(finished):
     assert report["derived"]["capillary_number"] == pytest.approx(9.8e-5 * 25)
 
 
-def test_json_goes_alone_to_stdout(tmp_path):
-    done = run("--json", "--out", tmp_path / "out", *COARSE)
-    assert done.returncode == 0
+@pytest.mark.usefixtures("unrendered")
+def test_json_goes_alone_to_stdout(tmp_path, capfd):
+    assert main(["run", "--json", "--out", str(tmp_path / "out"), *COARSE]) == 0
     written = (tmp_path / "out" / "collision.json").read_text(encoding="utf-8")
-    assert strict_json(done.stdout) == strict_json(written)
-    assert f"wrote {tmp_path / 'out' / 'collision.json'}" in done.stderr
+    printed = capfd.readouterr()
+    assert strict_json(printed.out) == strict_json(written)
+    assert f"wrote {tmp_path / 'out' / 'collision.json'}" in printed.err
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_options_change_what_the_file_says(tmp_path, capsys):
     config = tmp_path / "config.toml"
     config.write_text('preset = "literal-separation"\noffset = 0.3\nline_tension = 60\n')
@@ -159,6 +161,7 @@ def test_options_change_what_the_file_says(tmp_path, capsys):
     assert parameters["area_stiffness"] == 5000 * 60
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_one_quantity_changes_in_a_physical_file(tmp_path, capsys):
     config = tmp_path / "config.toml"
     config.write_text(
@@ -185,6 +188,7 @@ def test_one_quantity_changes_in_a_physical_file(tmp_path, capsys):
     assert first["line_tension"] == 60
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_warning_is_one_line(tmp_path, capsys):
     arguments = [*PHYSICAL, "--thickness", "45 um", "--out", str(tmp_path / "out"), *COARSE]
     assert main(["run", *arguments]) == 0
@@ -259,16 +263,25 @@ def test_unparsable_line_is_refused(tmp_path, monkeypatch, capsys, arguments):
         ("size_ratio = \n", None),
     ],
 )
-def test_wrong_file_is_refused_in_a_fresh_process(tmp_path, text, named):
+def test_wrong_file_is_refused(tmp_path, capfd, text, named):
     config = tmp_path / "config.toml"
     config.write_text(text)
+    assert main(["run", str(config), "--out", str(tmp_path / "out")]) == 2
+    printed = capfd.readouterr()
+    form = FORM.fullmatch(printed.err)
+    assert form is not None, printed.err
+    assert form["argument"] == (named or str(config))
+    assert printed.out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def test_wrong_file_is_refused_in_a_fresh_process(tmp_path):
+    config = tmp_path / "config.toml"
+    config.write_text('[physical]\ndiameter = "481 s"\n')
     done = run(config, "--out", tmp_path / "out")
     assert done.returncode == 2
-    form = FORM.fullmatch(done.stderr)
-    assert form is not None, done.stderr
-    assert form["argument"] == (named or str(config))
+    assert FORM.fullmatch(done.stderr)["argument"] == "physical.diameter"
     assert done.stdout == ""
-    assert not (tmp_path / "out").exists()
 
 
 def test_preset_beside_a_file_is_refused(tmp_path, capsys):
@@ -279,11 +292,10 @@ def test_preset_beside_a_file_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("place", ["file", "file/below", "/proc/pinchoff/out"])
-def test_folder_that_cannot_be_written_is_refused(tmp_path, place):
+def test_folder_that_cannot_be_written_is_refused(tmp_path, capsys, place):
     (tmp_path / "file").write_text("in the way")
-    done = run("--out", tmp_path / place)
-    assert done.returncode == 2
-    assert FORM.fullmatch(done.stderr)["argument"] == "--out"
+    assert main(["run", "--out", str(tmp_path / place)]) == 2
+    assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
     assert (tmp_path / "file").read_text() == "in the way"
 
 
@@ -301,6 +313,7 @@ def test_results_are_not_overwritten_unasked(finished, capsys, options, reason):
     assert contents(finished) == before
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_overwriting_replaces_every_result_and_nothing_else(tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", "--out", str(out), *COARSE]) == 0
@@ -317,12 +330,14 @@ def test_overwriting_replaces_every_result_and_nothing_else(tmp_path, capsys):
     assert "movie.mp4" not in capsys.readouterr().out.splitlines()[-1]
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_folder_with_other_files_is_used(tmp_path):
     (tmp_path / "notes.txt").write_text("mine")
     assert main(["run", "--out", str(tmp_path), *COARSE]) == 0
     assert (tmp_path / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_default_folder_is_collision(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["run", *COARSE]) == 0
@@ -330,12 +345,12 @@ def test_default_folder_is_collision(tmp_path, monkeypatch):
     assert files_in(tmp_path / "collision") == ["collision.json", "outlines.gsd", "snapshots.png"]
 
 
-def test_stopped_run_exits_with_1_and_keeps_its_outlines(tmp_path):
+def test_stopped_run_exits_with_1_and_keeps_its_outlines(tmp_path, capsys):
     """Weak springs: the obstacle passes between two vertices, or the outline tears."""
     out = tmp_path / "out"
-    done = run("--set", "edge_stiffness=1e-4", "--set", "line_tension=2", "--out", out)
-    assert done.returncode == 1, done.stdout
-    stopped, error = done.stderr.splitlines()
+    weak = ["--set", "edge_stiffness=1e-4", "--set", "line_tension=2"]
+    assert main(["run", *weak, "--out", str(out)]) == 1
+    stopped, error = capsys.readouterr().err.splitlines()
     assert stopped == f"stopped; {out / 'outlines.gsd'} holds the run until then"
     assert FORM.fullmatch(error + "\n"), error
     assert files_in(out) == ["outlines.gsd"]
@@ -420,6 +435,13 @@ def test_version(capsys):
 def test_unknown_command_is_refused(capsys):
     assert main(["rnu"]) == 2
     assert capsys.readouterr().err.startswith("error: No such command 'rnu'")
+
+
+def test_what_stands_behind_the_configuration_is_refused(capsys):
+    assert main(["run", "a.toml", "b", "c"]) == 2
+    assert capsys.readouterr().err == (
+        "error: arguments must be those of pinchoff run; got b c besides; see pinchoff run --help\n"
+    )
 
 
 def test_console_without_greek_letters(tmp_path):

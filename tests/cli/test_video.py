@@ -141,6 +141,7 @@ def test_corrected_obstacles_are_read_back(filmed, tmp_path):
     assert third.clips[0].reused
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_bad_files_do_not_stop_the_batch(filmed, tmp_path, capsys):
     (tmp_path / "text.mp4").write_text("no video")
     out = tmp_path / "out"
@@ -213,6 +214,7 @@ def test_names(tmp_path, refused):
     refused("clips", clip_sources, [])
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_settings_from_a_file(filmed, tmp_path):
     config = tmp_path / "settings.toml"
     config.write_text("pixel_size_um = 5.28\n[laboratory]\nobstacle_radius_um = 85.0\n")
@@ -226,10 +228,8 @@ def test_settings_from_a_file(filmed, tmp_path):
 
 def test_packed_scene(filmed, tmp_path):
     out = tmp_path / "out"
-    assert (
-        main(["video", str(filmed), *LABORATORY, "--packed", "--no-overlay", "--out", str(out)])
-        == 0
-    )
+    told = [*LABORATORY, "--packed", "--frames", "0:40", "--no-overlay"]
+    assert main(["video", str(filmed), *told, "--out", str(out)]) == 0
     result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     assert result["method"] == "packed"
     assert len(result["obstacles"]) == 2  # a radius is given: they are looked for, and no droplets
@@ -303,6 +303,7 @@ def test_comparison_refuses(done, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_comparison_wants_the_same_clip(filmed, tmp_path, capsys):
     clip = tmp_path / "clip.mp4"
     clip.write_bytes(filmed.read_bytes())

@@ -73,6 +73,13 @@ def test_contacts_fall_on_the_line_of_the_pillar_alone():
         assert np.allclose(y, breakup_probability(x, 0.098), atol=0.12) is matches
 
 
+def test_contacts_of_which_none_has_ended_are_drawn():
+    none = pd.DataFrame({"kind": [], "time": [], "since": [], "clock": []}, dtype=float)
+    axes = figures.pair_contacts(none)
+    axes.figure.draw_without_rendering()
+    assert min(*axes.get_xlim(), *axes.get_ylim()) > 0
+
+
 def test_a_sweep_has_a_line_for_each_combination_of_the_others():
     table = pd.DataFrame(
         {

@@ -56,6 +56,7 @@ def test_figures_are_written_once_and_taken_up(tmp_path, monkeypatch):
     assert (tmp_path / "figure_2.png").stat().st_mtime_ns == before[tmp_path / "figure_2.png"]
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_what_is_not_installed_is_left_out_and_said(tmp_path, monkeypatch):
     monkeypatch.setattr(make, "find_spec", lambda name: None)
     made = po.reproduce(tmp_path, only=["3", "A"], quick=True)
@@ -70,6 +71,7 @@ def test_the_device_and_a_film_that_is_measured(tmp_path):
     assert (tmp_path / "film_B2.mp4").exists()
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_other_settings_are_refused(tmp_path, refused):
     po.reproduce(tmp_path, only=["3"], quick=True)
     error = refused("out", po.reproduce, tmp_path, only=["3"], quick=True, seed=2)
@@ -78,6 +80,7 @@ def test_other_settings_are_refused(tmp_path, refused):
     assert "choose from" in error.advice or "did you mean" in error.advice
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_progress_names_what_comes_next(tmp_path):
     seen = []
     po.reproduce(tmp_path, only=CHEAP, quick=True, progress=lambda *now: seen.append(now))

@@ -12,7 +12,8 @@ import pinchoff as po
 from pinchoff.collisions.law import Line
 from pinchoff.studies.calibration import evaluation, fitting
 from pinchoff.studies.calibration.conversions import head_on_onset, match_onset
-from pinchoff.studies.calibration.evaluation import critical_symmetry_of
+from pinchoff.studies.calibration.evaluation import Evaluation, critical_symmetry_of
+from pinchoff.studies.calibration.sensitivity import sensitivity_table
 from pinchoff.studies.calibration.targets import PRESETS, as_target
 
 CONTROL = np.geomspace(0.04, 0.2, 6)
@@ -191,6 +192,7 @@ def runs(symmetry, broke, necks=0.3):
         (runs([1.0, 0.8], [False, False]), 1.5),
         (runs([1.0, 0.8], [False, False], necks=0.1), 1.0),
         (runs([1.0, 0.8], [None, False]), math.nan),
+        (runs([1.0, 0.8], [False, False], necks=1e308), math.nan),
     ],
 )
 def test_every_outcome_of_a_search_is_a_number(table, critical):
@@ -201,7 +203,7 @@ def test_every_outcome_of_a_search_is_a_number(table, critical):
 
 
 def test_known_constants_come_back(soft, search_only):
-    found = po.calibrate(soft, {"edge_stiffness": (1.5, 5)}, evaluations=25, **QUICK)
+    found = po.calibrate(soft, {"edge_stiffness": (1.5, 5)}, evaluations=14, **QUICK)
     assert found.best.changes["edge_stiffness"] == pytest.approx(2.4, rel=0.03)
     assert found.best.objective < 0.5 * found.start.objective
     assert found.parameters.edge_stiffness == found.best.changes["edge_stiffness"]
@@ -213,7 +215,7 @@ def test_a_known_conversion_comes_back(soft, search_only):
     moved = Line(soft.alpha * 1.25**-soft.beta, soft.beta)
     base = po.Parameters(edge_stiffness=2.4)
     target = po.LineTarget(*moved, control_range=(0.05, 0.25))
-    found = po.calibrate(target, ["conversion"], base, evaluations=25, **QUICK)
+    found = po.calibrate(target, ["conversion"], base, evaluations=14, **QUICK)
     assert found.best.changes["conversion"] == pytest.approx(1.25 * 9.8e-5, rel=0.03)
 
 
@@ -224,7 +226,7 @@ def test_simulated_collisions_give_their_constants_back(search_only):
     table = po.simulate_many(
         [base.replace(simulation_capillary_number=ca, offset=y) for ca, y in drawn], progress=False
     )
-    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, evaluations=25, **QUICK)
+    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, evaluations=14, **QUICK)
     assert found.best.changes["edge_stiffness"] == pytest.approx(2.4, rel=0.1)
 
 
@@ -340,3 +342,19 @@ def test_stiff_edges_have_no_onset_to_match(monkeypatch):
     name = "pinchoff.studies.calibration.conversions.head_on_onset"
     monkeypatch.setattr(name, lambda *_, **__: None)
     assert match_onset(PRESETS["paper-simulation"], po.Parameters()) is None
+
+
+@pytest.mark.parametrize("critical", [[math.nan, math.nan], [math.nan, 0.4]])
+def test_sensitivities_that_no_run_decides_are_not_numbers(critical):
+    class Undecided:
+        def parameters(self, changes):
+            return po.Parameters()
+
+        def __call__(self, changes):
+            return Evaluation(changes, 10.0, np.array(critical), ("unresolved",) * 2, 4, 4)
+
+    evaluator = Undecided()
+    table = sensitivity_table(evaluator, evaluator({}))
+    assert table["mean"].dtype == table["largest"].dtype == np.float64
+    assert table["mean"].isna().all()
+    assert table["largest"].isna().all()

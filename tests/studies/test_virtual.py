@@ -120,3 +120,8 @@ def test_wrong_arguments_are_refused(refused):
     refused("width", po.virtual_experiment, 1, width=float("nan"))
     refused("symmetry_noise", po.virtual_experiment, 1, symmetry_noise=2)
     refused("line", po.virtual_experiment, 1, line="mine")
+
+
+def test_a_model_whose_droplets_never_touch_is_refused(refused):
+    short = po.Parameters(time_limit=0.05, vertex_count=16)
+    refused("base", po.virtual_experiment, 1, 1, outcomes="engine", base=short)

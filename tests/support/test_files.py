@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from pinchoff.support import files
-from pinchoff.support.files import remove_unfinished, written_aside
+from pinchoff.support.files import read_toml, remove_unfinished, written_aside
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows locks no files this way")
 
@@ -112,3 +112,8 @@ def test_a_refusal_names_the_file_that_was_meant(tmp_path):
     with pytest.raises(OSError, match="No space") as caught, written_aside(tmp_path / "a.txt"):
         raise OSError(28, "No space left on device")
     assert caught.value.filename == str(tmp_path / "a.txt")
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="this system has no endless file")
+def test_a_file_without_an_end_is_refused(refused):
+    refused("/dev/zero", read_toml, Path("/dev/zero"))

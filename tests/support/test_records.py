@@ -6,13 +6,16 @@ import json
 import shutil
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import pinchoff as po
 from pinchoff.chamber import Chamber
 from pinchoff.chamber.record import design_record, read_design
 from pinchoff.cli import main
+from pinchoff.paper import make
 from pinchoff.paper.make import reproduce
+from pinchoff.studies.calibration import fitting
 from pinchoff.studies.sweep.dataset import MANIFEST, read_manifest
 from pinchoff.support.records import Shape, read_record
 
@@ -106,7 +109,8 @@ def test_design_of_a_chamber(tmp_path, refused):
             read_design(path)
 
 
-def test_settings_figures_and_numbers_of_a_reproduction(tmp_path, refused):
+def test_settings_figures_and_numbers_of_a_reproduction(tmp_path, refused, monkeypatch):
+    monkeypatch.setattr(make.style, "save", lambda path, axes: path.touch())  # pictures take long
     made = reproduce(tmp_path, only=["2"], quick=True)
     record, settings = tmp_path / "figure_2.json", tmp_path / "settings.json"
     whole, kept = record.read_text(), settings.read_text()
@@ -126,7 +130,11 @@ def test_numbers_of_a_reproduction_are_made_again(tmp_path):
     assert len(reproduce(tmp_path, only=["numbers"], quick=True).numbers) > 10
 
 
-def test_evaluations_of_a_calibration(tmp_path, refused):
+def test_evaluations_of_a_calibration(tmp_path, refused, monkeypatch):
+    # What follows the search is in no record of its own.
+    monkeypatch.setattr(fitting, "sensitivity_table", lambda *_: pd.DataFrame())
+    monkeypatch.setattr(fitting, "match_onset", lambda *_, **__: None)
+
     def calibrate():
         options = {"points": 3, "width": 0.1, "scan": 6, "evaluations": 1, "grid": 0}
         return po.calibrate("paper-simulation", ["edge_stiffness"], out=tmp_path, **options)

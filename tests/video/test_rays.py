@@ -78,7 +78,7 @@ def test_a_spot_ends_halfway():
     contrast, beyond, steepest, place = _core.spot_edges(dark, points, normals, 6.0, 0.5, 4.0).T
     assert contrast == pytest.approx(80.0, abs=0.01)
     assert beyond == pytest.approx(10.0, abs=0.01)
-    assert steepest == pytest.approx(80.0, rel=0.3)  # all of it within a pixel
+    assert steepest == pytest.approx(60.0, rel=0.4)  # most of it within a pixel
     assert place == pytest.approx(1.0, abs=0.2)
     nowhere = _core.spot_edges(np.zeros_like(dark), points, normals, 6.0, 0.5, 4.0)
     assert np.isnan(nowhere[:, 3]).all()

@@ -134,6 +134,12 @@ def test_image_that_breaks_off_costs_itself_only(tmp_path):
     assert clip.warning == "could not be read and are left out: 1.png (it is no picture)"
 
 
+def test_a_film_of_an_unknown_codec_is_refused(tmp_path, refused):
+    film = write(tmp_path / "clip.mp4")
+    film.write_bytes(film.read_bytes().replace(b"avc1", b"none"))
+    refused(str(film), Clip, film)
+
+
 @pytest.mark.parametrize("name", ["text.mp4", "empty.mp4", "text.tif", "folder"])
 def test_what_is_no_clip_is_refused(tmp_path, refused, name):
     path = tmp_path / name

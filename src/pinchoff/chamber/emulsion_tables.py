@@ -33,7 +33,9 @@ _KINDS: dict[str, Callable[..., PillarArray]] = {
 """Makers of arrays, by kind; ``chamber`` is the device of `pinchoff.chamber`."""
 _LENGTHS = ("radius", "gap", "length", "width", "least_gap", "before", "behind")
 _PHYSICAL = ("diameter", "speed", "viscosity", "surface_tension")
+_LONGEST_MARGIN = 1000.0  # D0; the mesh of the flow goes on through it
 _PLACES = 20_000  # tried for a droplet before the cell counts as full
+_AT_ONCE = 64  # of these are compared with the droplets that are there already
 
 
 def table_of(config: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -102,7 +104,9 @@ def read_array(table: Mapping[str, Any], beside: Path, diameter_um: float | None
             raise InputError.of("array.path", "the name of a file", values["path"], "quote it")
         values["path"] = beside / values["path"]
     margins = [
-        checked_number(f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0)
+        checked_number(
+            f"array.{name}", table.get(name, 0.0), "give it in D0", low=0.0, high=_LONGEST_MARGIN
+        )
         for name in ("before", "behind")
     ]
     if kind == "chamber":
@@ -208,13 +212,23 @@ def read_droplets(
         near, which = pillars.query(places, k=min(3, len(array.circles)))
         near, which = near.reshape(_PLACES, -1), which.reshape(_PLACES, -1)
         free = (near - array.circles[which, 2] > reach).all(axis=1)
-        for x, y, other in placed:
-            away = np.abs(places - [x, y])
-            away = np.minimum(away, period - away)
-            free &= np.hypot(*away.T) > reach + other / 2
-        if not free.any():
+        place = _first_clear(places[free], np.array(placed).reshape(-1, 3), reach, period)
+        if place is None:
             got = f"{share:g}, of which {len(placed)} droplets found room"
             advice = "lower it, widen the gaps, or take smaller droplets"
             raise InputError.of("droplets.area_fraction", "such that they fit", got, advice)
-        placed.append([*places[np.flatnonzero(free)[0]].tolist(), size])
+        placed.append([*place.tolist(), size])
     return np.array(placed)
+
+
+def _first_clear(places: Floats, placed: Floats, reach: float, period: Floats) -> Floats | None:
+    """Return the first place with no droplet nearer than a distance; None if there is none."""
+    for first in range(0, len(places), _AT_ONCE):
+        some = places[first : first + _AT_ONCE]
+        away = np.abs(some[:, None] - placed[:, :2])
+        away = np.minimum(away, period - away)
+        clear = (np.hypot(away[..., 0], away[..., 1]) > reach + placed[:, 2] / 2).all(axis=1)
+        if clear.any():
+            found: Floats = some[int(np.argmax(clear))]
+            return found
+    return None

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import difflib
 import errno
+import functools
 import io
+import re
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -132,11 +134,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return _failed("interrupted", 1)
 
 
+@functools.cache
+def _parser() -> Callable[..., object]:
+    """Build what reads the line, once: it asks every command for its options."""
+    return typer.main.get_command(app)
+
+
 def _ended(given: Sequence[str], debug: bool) -> int:
     """Run a command to its end and say what went wrong; return the exit code."""
     try:
         with printed_warnings():
-            code = app(given, prog_name="pinchoff", standalone_mode=False)
+            code = _parser()(given, prog_name="pinchoff", standalone_mode=False)
     except PinchoffError as error:
         return _failed(str(error), error.exit_code)
     except _UsageError as error:
@@ -203,6 +211,9 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
         rule = next((rule for word, rule in _TYPES.items() if word in message), "given")
         return f"{place} must be {rule}; got {_given_to(name, given)}; {see}"
     message = getattr(error, "format_message", error.__str__)()
+    extra = re.search(r"unexpected extra argument\S* \((.*)\)", message, re.S)
+    if extra:
+        return f"arguments must be those of pinchoff {given[0]}; got {extra[1]} besides; {see}"
     return f"{message.rstrip('.')}; {see}"
 
 

@@ -10,18 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_list, read_pairs
-from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.folders import Results, remove_results
 from pinchoff.cli.model_options import ModelFileOptions, set_option
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    Overwrite,
-    flag_of,
-    grouped,
-    named_as_options,
-    option,
-)
-from pinchoff.cli.output import announce, print_table, warn
+from pinchoff.cli.options import flag_of, grouped, named_as_options, option
+from pinchoff.cli.output import print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 from pinchoff.support.records import write_json
@@ -45,9 +37,10 @@ _OWN = ("simulation_capillary_number", "size_ratio")  # parameters with an optio
 _POINTS = "Points"
 
 
-@grouped
+@grouped(out="boundary")
 def boundary(
     model: ModelFileOptions,
+    *,
     capillary: Annotated[str, option("LIST", "Values of Ca_sim", panel=_POINTS)] = _PAPER_RANGE,
     size_ratio: Annotated[
         str | None, option("LIST", "Values of D0/R", default="5.66", panel=_POINTS)
@@ -62,9 +55,7 @@ def boundary(
     scan: Annotated[
         int, option("INTEGER", "Intervals of the scan over the offset", panel=_POINTS)
     ] = 24,
-    out: OutFolder = "boundary",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     r"""Find the symmetry at which droplets begin to break.
 
@@ -92,9 +83,8 @@ def boundary(
     """
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])
-    folder = results_folder(out)
     base, _ = model.parameters()
-    with results_in(folder, _FILES, overwrite=overwrite):
+    with results.held_for(_FILES) as folder:
         started = time.perf_counter()
         line = _found(base, vary, width, scan)
         from pinchoff.studies.boundary.report import boundary_report
@@ -102,7 +92,7 @@ def boundary(
         report, fit = boundary_report(line, time.perf_counter() - started)
         remove_results(folder, _FILES)
         paths = _write(line, fit, report, folder)
-        announce(report, lambda: _print(line, report, fit), paths, as_json=as_json)
+        results.announce(report, lambda: _print(line, report, fit), paths)
 
 
 def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, list[Any]]:

@@ -8,19 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.folders import ResumableResults, remove_results
 from pinchoff.cli.model_options import ModelFileOptions
-from pinchoff.cli.options import (
-    OUTPUT,
-    AsJson,
-    OutFolder,
-    StartAnew,
-    argument,
-    grouped,
-    named_as_options,
-    option,
-)
-from pinchoff.cli.output import announce, print_table, versioned
+from pinchoff.cli.options import OUTPUT, argument, grouped, named_as_options, option
+from pinchoff.cli.output import print_table, versioned
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import write_csv
 from pinchoff.support.numerals import counted
@@ -42,7 +33,7 @@ def _search(takes: str, meaning: str, panel: str = _SEARCH) -> Any:
     return option(takes, meaning, panel=panel)
 
 
-@grouped
+@grouped(out="calibration")
 def calibrate(
     target: Annotated[
         str,
@@ -53,6 +44,7 @@ def calibrate(
         ),
     ],
     model: ModelFileOptions,
+    *,
     free: Annotated[
         list[str] | None,
         option(
@@ -72,9 +64,7 @@ def calibrate(
     grid: Annotated[
         int, _search("INTEGER", "Values of each constant for the landscapes; 0: none", OUTPUT)
     ] = 6,
-    out: OutFolder = "calibration",
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Choose constants so that droplets break where a target says.
 
@@ -100,11 +90,10 @@ def calibrate(
     pinchoff calibrate collisions.parquet --free conversion \
     --free edge_stiffness --out mine
     """
-    folder = results_folder(out)
     aim, constants = _target(target), _bounds(free) if free else None
     base, _ = model.parameters()
-    with results_in(folder):
-        if overwrite:
+    with results.resumed() as folder:
+        if results.overwrite:
             remove_results(folder, _FILES)
         started = time.perf_counter()
         options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
@@ -112,7 +101,7 @@ def calibrate(
         seconds = round(time.perf_counter() - started, 3)
         report = versioned({**found.to_dict(), "seconds": seconds})
         paths = _write(found, report, folder)
-        announce(report, lambda: _print(found, report), paths, as_json=as_json)
+        results.announce(report, lambda: _print(found, report), paths)
 
 
 def _target(text: str) -> Target:

@@ -8,18 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.assignments import read_values
-from pinchoff.cli.folders import remove_results, results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    Overwrite,
-    argument,
-    flag_of,
-    named_as_options,
-    option,
-    switch,
-)
-from pinchoff.cli.output import announce, bar, print_table, warn
+from pinchoff.cli.folders import Results, remove_results
+from pinchoff.cli.options import argument, flag_of, grouped, named_as_options, option, switch
+from pinchoff.cli.output import bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml
 from pinchoff.support.records import jsonable, write_json
@@ -55,7 +46,9 @@ _QUANTITIES = {  # the key of each quantity that has an option of its own
 }
 
 
+@grouped(out="chamber")
 def chamber(
+    *,
     config: Annotated[
         Path | None,
         argument(
@@ -84,16 +77,13 @@ def chamber(
         ),
     ] = None,
     warn: Annotated[
-        bool,
-        switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE),
+        bool, switch("--warn", "Write a design that breaks rules all the same", panel=_DEVICE)
     ] = False,
     flow: Annotated[
         bool,
         switch("--flow", "Compute the flow and a collision in it; takes a minute", panel=_DEVICE),
     ] = False,
-    out: OutFolder = "chamber",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     """Design the microfluidic device, and check that it can be made and used.
 
@@ -115,20 +105,19 @@ def chamber(
 
     pinchoff chamber examples/chamber.toml --flow --out dense
     """
-    folder = results_folder(out)
     quantities = {"obstacle_radius": obstacle_radius, "thickness": thickness}
     design = _design(config, quantities, settings or [], warn)
     from pinchoff import chamber as po_chamber
 
     violations = po_chamber.check_rules(design)
-    with results_in(folder, _FILES, overwrite=overwrite):
+    with results.held_for(_FILES) as folder:
         _report_violations(design, violations, folder)
         remove_results(folder, [name for name in _FILES if not (violations and name == RULES)])
         paths = _write(design, violations, folder)
         checked = _flow(design, violations, folder) if flow else None
         record = _record(design, violations, checked, folder / RECORD)
         paths += [folder / name for name in (RECORD, RULES, FLOW, COLLISION)]
-        announce(record, lambda: _print(record, checked), paths, as_json=as_json)
+        results.announce(record, lambda: _print(record, checked), paths)
 
 
 def _design(

@@ -6,23 +6,22 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
-from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, OutFolder, Overwrite, argument, named_as_options, option
-from pinchoff.cli.output import announce, bar
+from pinchoff.cli.folders import Results
+from pinchoff.cli.options import argument, grouped, named_as_options, option
+from pinchoff.cli.output import bar
 from pinchoff.support.records import write_json
 
 _PICTURE = "comparison.png"
 _NUMBERS = "comparison.json"
 
 
+@grouped(out="comparison")
 def compare(
     clip: Annotated[Path, argument("CLIP", "Folder of a measured clip, DIR/clips/NAME")],
     collision: Annotated[
         int, option("INTEGER", "Its collision_id in the clip's collisions.parquet")
     ],
-    out: OutFolder = "comparison",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     """Simulate a measured collision and lay it over the film.
 
@@ -38,11 +37,10 @@ def compare(
 
     pinchoff compare measured/clips/clip --collision 3 --out comparison
     """
-    folder = results_folder(out)
     from pinchoff.figures.filmed_comparison import write_comparison
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
-    with results_in(folder, (_PICTURE, _NUMBERS), overwrite=overwrite):
+    with results.held_for((_PICTURE, _NUMBERS)) as folder:
         with (
             named_as_options(collision_id="--collision"),
             bar("simulate", ROUNDS, "rounds") as show,
@@ -52,7 +50,7 @@ def compare(
         numbers = found.to_dict()
         write_json(folder / _NUMBERS, numbers)
     files = (folder / _PICTURE, folder / _NUMBERS)
-    announce(numbers, lambda: _tell(numbers), files, as_json=as_json)
+    results.announce(numbers, lambda: _tell(numbers), files)
 
 
 def _tell(numbers: Mapping[str, Any]) -> None:

@@ -9,18 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from pinchoff.cli.cluster import Scheduler, cluster_client
-from pinchoff.cli.folders import going_on_with, remove_results, results_folder, results_in
-from pinchoff.cli.options import (
-    OUTPUT,
-    AsJson,
-    OutFolder,
-    StartAnew,
-    Workers,
-    argument,
-    named_as_options,
-    switch,
-)
-from pinchoff.cli.output import announce, bar, print_table, warn
+from pinchoff.cli.folders import ResumableResults, remove_results
+from pinchoff.cli.options import OUTPUT, Workers, argument, grouped, named_as_options, switch
+from pinchoff.cli.output import bar, print_table, warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
 from pinchoff.support.numerals import counted
@@ -46,14 +37,14 @@ _MEASURED = (
 _PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
+@grouped(out="emulsion")
 def emulsion(
     config: Annotated[Path, argument("CONFIG.toml", "The array, the flow and the droplets")],
-    out: OutFolder = "emulsion",
+    *,
     workers: Workers = None,
     scheduler: Scheduler = None,
     movie: Annotated[bool, switch("--movie", "Make movie.mp4 too", panel=OUTPUT)] = False,
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Send droplets through an array of pillars, where they break and merge.
 
@@ -86,7 +77,6 @@ def emulsion(
     from pinchoff.chamber.emulsion_design import EmulsionDesign
     from pinchoff.chamber.emulsion_sweep import TABLE, sweep_runs
 
-    folder = results_folder(out)
     table = read_toml(config)
     varied = sweep_runs(table, config.parent) if TABLE in table else []
     designs = [one.design for one in varied] or [EmulsionDesign.from_toml(config)]
@@ -97,17 +87,18 @@ def emulsion(
         raise InputError.of("--scheduler", "left out without a table [sweep]", scheduler, advice)
     with named_as_options("scheduler", "threads"):
         cluster = cluster_client(scheduler, workers)
-    with results_in(folder), going_on_with(out):
-        if overwrite:
+    with results.resumed() as folder:
+        if results.overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
                 remove_results(place, _PIECES)
         if varied:
             with named_as_options("scheduler"), cluster as client:
-                _sweep(varied, folder, client, workers, movie, as_json)
+                report = _sweep(varied, folder, client, workers, movie, results.as_json)
+            results.announce(report, lambda: None, [folder / PAGE, folder / SWEEP])
             return
         made = _make(designs[0], folder, workers, movie)
         _warn(made.study)
-        announce(made.report, lambda: _print(made), made.files, as_json=as_json)
+        results.announce(made.report, lambda: _print(made), made.files)
 
 
 def _require_movie(designs: Sequence[EmulsionDesign]) -> None:
@@ -144,8 +135,8 @@ def _sweep(
     client: Client | None,
     workers: int | None,
     movie: bool,
-    as_json: bool,
-) -> None:
+    quiet: bool,
+) -> dict[str, Any]:
     """Run the designs, on a cluster or each on all threads; write the table and its page."""
     import pandas as pd
 
@@ -157,14 +148,13 @@ def _sweep(
     for number, one in enumerate(begun, start=1):
         made = _make(one.design, folder / one.folder, workers, movie)
         rows[one.folder] = summary_row(one, made.run, made.study)
-        if not as_json:
+        if not quiet:
             values = ", ".join(f"{name} = {value}" for name, value in one.values.items())
             print(f"{number} of {len(runs)}, {values}: mean diameter {made.study.mean_diameter} D0")
     table = pd.DataFrame([rows[one.folder] for one in runs])
     write_csv(folder / SWEEP, table)
     sweep_page(table, list(runs[0].values), PAGE).write(folder / PAGE)
-    report = {"runs": jsonable(table.to_dict("records"))}
-    announce(report, lambda: None, [folder / PAGE, folder / SWEEP], as_json=as_json)
+    return {"runs": jsonable(table.to_dict("records"))}
 
 
 def _write(
@@ -257,6 +247,6 @@ def _print(made: _Made) -> None:
         (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
     ]
     if run.balance["retired"]:
-        gone = f"{counted(run.balance['retired'], 'droplet')}, {100 * run.retired_share:.2g} %"
+        gone = f"{counted(int(run.balance['retired']), 'droplet')}, {100 * run.retired_share:.2g} %"
         rows.append(("taken out by guards", gone, "of all area"))
     print_table(("result", "value", "unit"), rows, left=(0, 2))

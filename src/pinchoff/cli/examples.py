@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from importlib import resources
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
-from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, Overwrite, argument
-from pinchoff.cli.output import announce, bar, warn
+from pinchoff.cli.folders import Results
+from pinchoff.cli.options import argument, grouped
+from pinchoff.cli.output import bar, warn
 from pinchoff.support.files import write_csv, write_text
 
 TABLE = "mine.csv"
@@ -21,11 +22,15 @@ _DROPLETS = ((24, 4.4, 0.02), (36, 5.2, 0.06), (30, 4.8, 0.12), (20, 4.2, 0.18))
 """Ca_sim, D0/R and offset of the droplets in the clip: some break, some do not."""
 
 
-def examples(
-    out: Annotated[str, argument("DIR", "Folder for the files")] = "examples",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
-) -> None:
+@dataclass(frozen=True)
+class ExamplesFolder(Results):
+    """The folder, as an argument."""
+
+    out: Annotated[str, argument("DIR", "Folder for the files")] = "examples"
+
+
+@grouped()
+def examples(results: ExamplesFolder) -> None:
     """Write files to try the other commands on, small ones.
 
     DIR gets
@@ -44,14 +49,13 @@ def examples(
 
     pinchoff sweep examples/phase-diagram.toml --out phase-diagram
     """
-    folder = results_folder(out)
     texts = {
         file.name: file.read_text(encoding="utf-8")
         for file in resources.files("pinchoff.cli").joinpath("example_files").iterdir()
         if file.name.endswith(".toml")
     }
     names = [*sorted(texts), TABLE, CLIP, _TRUTH]
-    with results_in(folder, names, overwrite=overwrite):
+    with results.held_for(names) as folder:
         for name, text in texts.items():
             write_text(folder / name, text)
         _write_table(folder / TABLE)
@@ -60,7 +64,7 @@ def examples(
             _write_clip(folder / CLIP)
     files = [folder / name for name in names]
     report = {"files": [str(path) for path in files if path.exists()]}
-    announce(report, lambda: None, files, as_json=as_json)
+    results.announce(report, lambda: None, files)
     if not filmed:
         advice = "install it with: pip install 'pinchoff[video]'"
         warn(f"no clip: the extra 'video' is not installed; {advice}")
@@ -105,11 +109,4 @@ def _write_clip(path: Path) -> None:
     ]
     scene, count = lane_scene(passages, microscope, seed=0)
     with bar("clip", count, "frames") as show:
-        film(
-            scene,
-            path,
-            count,
-            microscope=microscope,
-            laboratory=PAPER_LABORATORY,
-            progress=show,
-        )
+        film(scene, path, count, microscope=microscope, laboratory=PAPER_LABORATORY, progress=show)

@@ -16,7 +16,7 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 
 
-@grouped
+@grouped()
 def explore(
     reading: ColumnOptions,
     source: Annotated[

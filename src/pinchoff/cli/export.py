@@ -5,17 +5,16 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pinchoff.cli.folders import results_folder, results_in
-from pinchoff.cli.options import AsJson, OutFolder, Overwrite, argument
-from pinchoff.cli.output import announce, counted_off
+from pinchoff.cli.folders import Results
+from pinchoff.cli.options import argument, grouped
+from pinchoff.cli.output import counted_off
 from pinchoff.support.numerals import counted
 
 
+@grouped(out="export")
 def export(
     measured: Annotated[Path, argument("DIR", "What pinchoff video wrote, or one clip in it")],
-    out: OutFolder = "export",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     """Write outlines and tracks of measured clips for ImageJ, TrackMate and
     trackpy.
@@ -34,11 +33,10 @@ def export(
     """
     from pinchoff.video.export import export_clip, exported_names, measured_clips
 
-    folder = results_folder(out)
     clips = measured_clips(measured)
     written = []
-    with results_in(folder, exported_names(clips), overwrite=overwrite):
+    with results.held_for(exported_names(clips)) as folder:
         for clip in counted_off("export", clips, "clips"):
             written += export_clip(clip, folder)
     report = {"clips": [clip.name for clip in clips]}
-    announce(report, lambda: print(counted(len(clips), "clip")), written, as_json=as_json)
+    results.announce(report, lambda: print(counted(len(clips), "clip")), written)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pinchoff.video.microscope import Microscope, Passage
 
 
-@grouped
+@grouped()
 def film(
     sweep: Annotated[Path, argument("SWEEP", "Folder of a sweep")],
     experiment: LaboratoryOptions,

@@ -5,17 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pinchoff.cli.folders import remove_results, results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    Overwrite,
-    argument,
-    grouped,
-    named_as_options,
-    option,
-)
-from pinchoff.cli.output import announce, bar, print_table, versioned, warn
+from pinchoff.cli.folders import Results, remove_results
+from pinchoff.cli.options import argument, grouped, named_as_options, option
+from pinchoff.cli.output import bar, print_table, versioned, warn
 from pinchoff.cli.table_options import TableOptions
 from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.files import write_csv
@@ -48,7 +40,7 @@ def _number(meaning: str, takes: str = "NUMBER") -> Any:
     return option(takes, meaning, panel=_FIT)
 
 
-@grouped
+@grouped(out="law")
 def fit(
     table: Annotated[
         Path,
@@ -57,6 +49,7 @@ def fit(
         ),
     ],
     reading: TableOptions,
+    *,
     free: Annotated[
         list[str] | None,
         option(
@@ -73,9 +66,7 @@ def fit(
     samples: Annotated[int, _number("Parts of the bootstrap", "INTEGER")] = 100,
     fraction: Annotated[float, _number("Share of the collisions in a part")] = 0.5,
     seed: Annotated[int, _number("Same seed, same parts", "INTEGER")] = 0,
-    out: OutFolder = "law",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     r"""Fit the break-up law to a table of collisions.
 
@@ -100,11 +91,10 @@ def fit(
     pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2 \
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
-    folder = results_folder(out)
     collisions = reading.read(table)
     for message in collisions.messages():
         warn(message)
-    with results_in(folder, _FILES, overwrite=overwrite):
+    with results.held_for(_FILES) as folder:
         study = _studied(
             collisions,
             free=tuple(free or ()),
@@ -119,7 +109,7 @@ def fit(
         write_json(folder / LAW, report)
         _write(study, table.name, folder)
         files = (folder / name for name in _FILES)
-        announce(report, lambda: _print(study), files, as_json=as_json)
+        results.announce(report, lambda: _print(study), files)
 
 
 def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
@@ -127,10 +117,7 @@ def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
 
     samples = options["samples"]
     assert isinstance(samples, int)
-    with (
-        named_as_options(*options, table="TABLE"),
-        bar("bootstrap", samples) as show,
-    ):
+    with named_as_options(*options, table="TABLE"), bar("bootstrap", samples) as show:
         return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
 
 

@@ -1,77 +1,98 @@
-"""The folder that a command writes its results to."""
+"""The folder that a command writes its results to, and single files."""
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Any
 
+from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, option, switch
+from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 from pinchoff.support.locks import held_folder
 
 
-def results_folder(text: str) -> Path:
-    """Read the value of --out.
+@dataclass(frozen=True)
+class ResultsFolder:
+    """The folder that a command writes to, and how it tells what came of it."""
 
-    Raises
-    ------
-    InputError
-        It is empty, or has bytes that are no letters: some of the files could not be written.
-    """
-    if not text.strip() or any("\ud800" <= letter <= "\udfff" for letter in text):
-        raise InputError.of("--out", "the name of a folder", repr(text), "choose another")
-    return Path(text)
+    out: Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)]
+    as_json: AsJson = False
 
+    def __post_init__(self) -> None:
+        """Refuse no name, and bytes that are no letters: some of the files could not be written."""
+        if not self.out.strip() or any("\ud800" <= letter <= "\udfff" for letter in self.out):
+            rule, got = "the name of a folder", repr(self.out)
+            raise InputError.of("--out", rule, got, "choose another")
 
-@contextmanager
-def results_in(
-    out: Path,
-    results: Sequence[str] = (),
-    *,
-    overwrite: bool = False,
-    held: Callable[[Path], str] | None = None,
-) -> Iterator[None]:
-    """Hold the folder of --out for one command: made, writable, and closed to other runs.
+    @contextmanager
+    def held(self) -> Iterator[Path]:
+        """Hold the folder for one command: made, writable, and closed to other runs.
 
-    Earlier results stay: `remove_results` removes them once the new ones are there to be written.
-    A folder that was made for this and gets no file is removed again.
+        A folder that was made for this and gets no file is removed again.
+        """
+        folder = Path(self.out)
+        with held_folder(folder, "--out"):
+            yield folder
 
-    Parameters
-    ----------
-    out : Path
-    results : sequence of str, optional
-        Names of the files that the command writes there.
-    overwrite : bool, optional
-        Whether those that exist may be replaced.
-    held : callable, optional
-        Says of the folder what it holds, for the error; by default the name of the first result.
+    @contextmanager
+    def resumed(self) -> Iterator[Path]:
+        """Hold the folder, and say after Ctrl-C that the same command goes on from there."""
+        with self.held() as folder:
+            try:
+                yield folder
+            except KeyboardInterrupt:
+                print(f"stopped; the same command goes on with {self.out}", file=sys.stderr)
+                raise
 
-    Raises
-    ------
-    InputError
-        It cannot be made or written to, another run writes to it, or it holds results that may
-        not be replaced.
-    """
-    with held_folder(out, "--out"):
-        _refuse_results(out, results, overwrite=overwrite, held=held)
-        yield
+    def announce(
+        self, report: Mapping[str, Any], tell: Callable[[], object], files: Iterable[Path]
+    ) -> None:
+        """Say what came of the command, as `output.announce`."""
+        announce(report, tell, files, as_json=self.as_json)
 
 
-def _refuse_results(
-    out: Path,
-    results: Sequence[str],
-    *,
-    overwrite: bool,
-    held: Callable[[Path], str] | None = None,
-) -> None:
-    present = next((name for name in results if os.path.lexists(out / name)), None)
-    if present is not None and not overwrite:
-        found = held(out) if held else f"it holds {present}"
-        advice = "add --overwrite, or choose another folder"
-        got = f"{out} ({found})"
-        raise InputError.of("--out", "a folder without results", got, advice)
+@dataclass(frozen=True)
+class Results(ResultsFolder):
+    """The folder of a command that makes all of its results anew."""
+
+    overwrite: Overwrite = False
+
+    @contextmanager
+    def held_for(
+        self, names: Sequence[str], found: Callable[[Path], str] | None = None
+    ) -> Iterator[Path]:
+        """Hold the folder for files of some names; those that exist are refused or replaced.
+
+        Earlier results stay: `remove_results` removes them once the new ones are there to be
+        written.
+
+        Parameters
+        ----------
+        names : sequence of str
+        found : callable, optional
+            Says of the folder what it holds, for the error; by default the name of the first file.
+        """
+        with self.held() as folder:
+            present = next((name for name in names if os.path.lexists(folder / name)), None)
+            if present is not None and not self.overwrite:
+                got = f"{folder} ({found(folder) if found else f'it holds {present}'})"
+                advice = "add --overwrite, or choose another folder"
+                raise InputError.of("--out", "a folder without results", got, advice)
+            yield folder
+
+
+@dataclass(frozen=True)
+class ResumableResults(ResultsFolder):
+    """The folder of a command that goes on where it was stopped."""
+
+    overwrite: Annotated[
+        bool, switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT)
+    ] = False
 
 
 def require_new_file(option: str, *files: Path, overwrite: bool) -> None:
@@ -97,13 +118,3 @@ def remove_results(out: Path, results: Iterable[str]) -> None:
     for pattern in results:
         for path in out.glob(pattern):
             path.unlink()
-
-
-@contextmanager
-def going_on_with(out: str) -> Iterator[None]:
-    """Say after Ctrl-C that the same command goes on where it was stopped."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print(f"stopped; the same command goes on with {out}", file=sys.stderr)
-        raise

@@ -91,8 +91,7 @@ class ModelFileOptions(ModelOptions):
     """A preset and a model, or all parameters from a file."""
 
     config: Annotated[
-        Path | None,
-        argument("CONFIG.toml", "Parameters from a TOML file", show_default=False),
+        Path | None, argument("CONFIG.toml", "Parameters from a TOML file", show_default=False)
     ] = None
 
     def parameters(self) -> tuple[Parameters, str]:

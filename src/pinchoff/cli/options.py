@@ -66,12 +66,18 @@ def argument(name: str, meaning: str, *, show_default: bool = True) -> Any:
     return typer.Argument(metavar=name, help=f"{meaning}.", show_default=show_default)
 
 
-def grouped(command: Callable[..., None]) -> Callable[..., None]:
+def grouped(**defaults: Any) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Give a command the options of its groups as its own.
 
     A group is a parameter whose type is a dataclass; every field of it is an option, which stands
-    in the help where the group stands in the signature.
+    in the help where the group stands in the signature. Fields that have no default of their own
+    get one here.
     """
+    return lambda command: _ungrouped(command, defaults)
+
+
+def _ungrouped(command: Callable[..., None], defaults: dict[str, Any]) -> Callable[..., None]:
+    """Return a command that takes the options of its groups one by one."""
     parameters: list[inspect.Parameter] = []
     groups: dict[str, Any] = {}
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
@@ -81,7 +87,11 @@ def grouped(command: Callable[..., None]) -> Callable[..., None]:
         groups[parameter.name] = group = parameter.annotation
         types = get_type_hints(group, include_extras=True)
         parameters += [
-            parameter.replace(name=field.name, annotation=types[field.name], default=field.default)
+            parameter.replace(
+                name=field.name,
+                annotation=types[field.name],
+                default=defaults.get(field.name, field.default),
+            )
             for field in fields(group)
         ]
 
@@ -139,11 +149,7 @@ def named_as_options(*names: str, **others: str) -> Iterator[None]:
         raise error.renamed(flags[name] + inner) from None
 
 
-OutFolder = Annotated[str, option("DIR", "Folder for the results", panel=OUTPUT)]
 Overwrite = Annotated[bool, switch("--overwrite", "Replace earlier results", panel=OUTPUT)]
-StartAnew = Annotated[
-    bool, switch("--overwrite", "Begin anew, and replace earlier results", panel=OUTPUT)
-]
 AsJson = Annotated[
     bool,
     switch("--json", "Print the results as JSON, and the names of files on stderr", panel=OUTPUT),

@@ -78,11 +78,7 @@ def counted_off(label: str, items: Sequence[Item], unit: str) -> Iterator[Item]:
 
 
 def announce(
-    report: Mapping[str, Any],
-    tell: Callable[[], object],
-    files: Iterable[Path],
-    *,
-    as_json: bool,
+    report: Mapping[str, Any], tell: Callable[[], object], files: Iterable[Path], *, as_json: bool
 ) -> None:
     """Say what came of a command, as JSON or in words, and name the files that there are.
 

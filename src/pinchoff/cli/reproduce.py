@@ -6,18 +6,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    Seed,
-    StartAnew,
-    grouped,
-    named_as_options,
-    option,
-    switch,
-)
-from pinchoff.cli.output import announce, bar, warn
+from pinchoff.cli.folders import ResumableResults
+from pinchoff.cli.options import Seed, grouped, named_as_options, option, switch
+from pinchoff.cli.output import bar, warn
 from pinchoff.cli.table_options import TableOptions
 
 if TYPE_CHECKING:
@@ -28,10 +19,10 @@ if TYPE_CHECKING:
 PAGE = "report.html"
 
 
-@grouped
+@grouped(out="reproduction")
 def reproduce(
     reading: TableOptions,
-    out: OutFolder = "reproduction",
+    *,
     only: Annotated[
         list[str] | None,
         option(
@@ -46,8 +37,7 @@ def reproduce(
         Path | None,
         option("TABLE", "Real collisions in place of the synthetic ones", default="none"),
     ] = None,
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Remake the figures and numbers of the paper, ours beside its own.
 
@@ -69,18 +59,17 @@ def reproduce(
     from pinchoff.paper.make import remove_reproduction
     from pinchoff.paper.reproduction_page import reproduction_page
 
-    folder = results_folder(out)
     names = None if only is None else [name for text in only for name in text.split(",")]
     table = None if experiment is None else reading.read(experiment)
-    with results_in(folder):
-        if overwrite:
+    with results.resumed() as folder:
+        if results.overwrite:
             remove_reproduction(folder)
-        with going_on_with(out), named_as_options("out", "only", "seed"), _figure_bar() as show:
+        with named_as_options("out", "only", "seed"), _figure_bar() as show:
             made = remake(
                 folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
             )
         reproduction_page(made).write(folder / PAGE)
-    announce(made.to_dict(), lambda: _print(made), [folder / PAGE], as_json=as_json)
+    results.announce(made.to_dict(), lambda: _print(made), [folder / PAGE])
 
 
 @contextmanager

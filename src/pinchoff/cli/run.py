@@ -11,19 +11,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pinchoff.cli.folders import remove_results, results_folder, results_in
+from pinchoff.cli.folders import Results, remove_results
 from pinchoff.cli.model_options import ModelFileOptions, changed, set_option
-from pinchoff.cli.options import (
-    MODEL,
-    OUTPUT,
-    AsJson,
-    OutFolder,
-    Overwrite,
-    grouped,
-    option,
-    switch,
-)
-from pinchoff.cli.output import announce, bar, print_collision
+from pinchoff.cli.options import MODEL, OUTPUT, grouped, option, switch
+from pinchoff.cli.output import bar, print_collision
 from pinchoff.model.run_files import OUTLINES
 from pinchoff.model.run_files import REPORT as RESULTS
 from pinchoff.support.errors import InputError, SimulationError
@@ -63,8 +54,7 @@ class CollisionOptions(ModelFileOptions):
         ),
     ] = None
     constants: Annotated[
-        list[str] | None,
-        set_option("NAME=VALUE", "Any other parameter, as line_tension=60"),
+        list[str] | None, set_option("NAME=VALUE", "Any other parameter, as line_tension=60")
     ] = None
     diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None
     obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None
@@ -122,13 +112,11 @@ class PictureOptions:
         return [f"snapshots.{name}" for name in dict.fromkeys(wanted)]
 
 
-@grouped
+@grouped(out="collision")
 def run(
     chosen: CollisionOptions,
     pictures: PictureOptions,
-    out: OutFolder = "collision",
-    as_json: AsJson = False,
-    overwrite: Overwrite = False,
+    results: Results,
 ) -> None:
     r"""Simulate one droplet that meets one obstacle.
 
@@ -148,10 +136,9 @@ def run(
     --thickness '85 um'
     """
     names = pictures.checked()
-    folder = results_folder(out)
     parameters, preset = chosen.parameters()
     about = partial(_description, parameters=parameters)
-    with results_in(folder, _FILES, overwrite=overwrite, held=about):
+    with results.held_for(_FILES, about) as folder:
         remove_results(folder, _FILES)  # first, because the outlines are written during the run
         from pinchoff.model.collision_report import collision_report
 
@@ -159,11 +146,8 @@ def run(
         _draw(collision, folder, names, pictures)
         report = collision_report(collision, preset)
         write_json(folder / RESULTS, report)
-        announce(
-            report,
-            lambda: print_collision(collision.to_row()),
-            (folder / name for name in _FILES),
-            as_json=as_json,
+        results.announce(
+            report, lambda: print_collision(collision.to_row()), (folder / name for name in _FILES)
         )
 
 

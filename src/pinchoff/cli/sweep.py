@@ -6,29 +6,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from pinchoff.cli.cluster import Scheduler, cluster_client
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
-from pinchoff.cli.options import (
-    AsJson,
-    OutFolder,
-    StartAnew,
-    Workers,
-    argument,
-    named_as_options,
-)
-from pinchoff.cli.output import announce
+from pinchoff.cli.folders import ResumableResults
+from pinchoff.cli.options import Workers, argument, grouped, named_as_options
 from pinchoff.support.numerals import counted
 
 if TYPE_CHECKING:
     from pinchoff.studies.sweep import SweepResult
 
 
+@grouped(out="sweep")
 def sweep(
     config: Annotated[Path, argument("CONFIG.toml", "What is fixed and what is varied")],
-    out: OutFolder = "sweep",
+    *,
     workers: Workers = None,
     scheduler: Scheduler = None,
-    as_json: AsJson = False,
-    overwrite: StartAnew = False,
+    results: ResumableResults,
 ) -> None:
     r"""Simulate every point of a design, into a table.
 
@@ -57,16 +49,15 @@ def sweep(
     from pinchoff.studies.sweep.dataset import remove_sweep
 
     with named_as_options("out", "scheduler", "threads"):
-        folder = results_folder(out)
         design = SweepDesign.from_toml(config)
         cluster = cluster_client(scheduler, workers)
-        with results_in(folder), going_on_with(out):
-            if overwrite:
+        with results.resumed() as folder:
+            if results.overwrite:
                 remove_sweep(folder)
             with cluster as client:
                 result = run_sweep(design, folder, threads=workers, client=client)
     report = {**result._asdict(), "path": str(result.path)}
-    announce(report, lambda: _print(result), (), as_json=as_json)
+    results.announce(report, lambda: _print(result), ())
 
 
 def _print(result: SweepResult) -> None:

@@ -9,20 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 from pinchoff.cli.assignments import read_value, read_values
-from pinchoff.cli.folders import going_on_with, results_folder, results_in
+from pinchoff.cli.folders import ResultsFolder
 from pinchoff.cli.laboratory import EXPERIMENT, LaboratoryOptions, quantity
-from pinchoff.cli.options import (
-    OUTPUT,
-    AsJson,
-    OutFolder,
-    Workers,
-    argument,
-    flag_of,
-    grouped,
-    option,
-    switch,
-)
-from pinchoff.cli.output import announce, warn
+from pinchoff.cli.options import OUTPUT, Workers, argument, flag_of, grouped, option, switch
+from pinchoff.cli.output import warn
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 from pinchoff.support.records import jsonable
@@ -139,23 +129,23 @@ class VideoOptions:
         return VideoSettings(**table, laboratory={**known, **laboratory.values()})
 
 
-@grouped
+@grouped(out="video")
 def video(
     clips: Annotated[
-        list[Path], argument("FILES…", "Videos, TIFF stacks, folders of either or images")
+        list[Path], argument("FILES", "Videos, TIFF stacks, folders of either or images")
     ],
     measuring: VideoOptions,
     experiment: LaboratoryOptions,
+    *,
     preview: Annotated[
         bool,
         switch("--preview", "Draw what each method finds in a few frames, and measure nothing"),
     ] = False,
-    out: OutFolder = "video",
     overlay: Annotated[
         bool, switch("--overlay/--no-overlay", "Write annotated clips", panel=OUTPUT)
     ] = True,
     workers: Workers = None,
-    as_json: AsJson = False,
+    results: ResultsFolder,
 ) -> None:
     r"""Measure droplets that meet obstacles in microscope videos.
 
@@ -184,16 +174,15 @@ def video(
     --surface-tension 20mN/m --out measured
     """
     settings = measuring.settings(experiment)
-    folder = results_folder(out)
     if preview:
-        with results_in(folder):
+        with results.held() as folder:
             _preview(clips, folder, settings)
         return
     from pinchoff.figures.pages.video import write_report
     from pinchoff.video.batch import clip_sources, measure_videos
 
-    _describe(clip_sources(clips), settings, sys.stderr if as_json else sys.stdout)
-    with results_in(folder), going_on_with(out):
+    _describe(clip_sources(clips), settings, sys.stderr if results.as_json else sys.stdout)
+    with results.resumed() as folder:
         result = measure_videos(
             clips,
             folder,
@@ -204,7 +193,7 @@ def video(
         )
         _tell_problems(result)
         written = [result.path / "collisions.parquet", *write_report(result)]
-        announce(_report(result), lambda: _tell_counts(result), written, as_json=as_json)
+        results.announce(_report(result), lambda: _tell_counts(result), written)
 
 
 def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:

@@ -21,7 +21,7 @@ from pinchoff.cli.output import announce
 from pinchoff.support.errors import InputError
 
 
-@grouped
+@grouped()
 def virtual(
     model: ModelOptions,
     out: Annotated[Path, option("FILE", "The table, .parquet or .csv", panel=OUTPUT)] = Path(
@@ -30,8 +30,7 @@ def virtual(
     rows: Annotated[int, option("INTEGER", "Collisions")] = 5056,
     seed: Seed = 1,
     engine: Annotated[
-        bool,
-        switch("--engine", "Simulate every collision instead of drawing from the law"),
+        bool, switch("--engine", "Simulate every collision instead of drawing from the law")
     ] = False,
     symmetry_noise: Annotated[float, option("NUMBER", "Standard error of the measured S")] = 0.088,
     constants: Annotated[

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 
@@ -67,6 +66,8 @@ def height_of_symmetry(symmetry: float) -> float:
     >>> round(height_of_symmetry(1.0), 6)
     0.5
     """
+    from scipy.optimize import brentq  # slow to import
+
     return float(brentq(lambda t: float(symmetry_of_height(t)) - symmetry, 0.0, 0.5))
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.dataset as pads
 import pyarrow.parquet as pq
 
 from pinchoff.collisions.checksums import require_whole
@@ -21,6 +20,7 @@ from pinchoff.support.files import HoldsFiles, written_aside
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow.dataset as pads
     from numpy.typing import NDArray
 
 _ARROW_TYPES = {
@@ -206,6 +206,8 @@ def open_collisions(path: str | os.PathLike[str]) -> pads.Dataset:
     InputError
         There is none, or it is not a collisions table.
     """
+    import pyarrow.dataset as pads  # slow to import
+
     place = Path(path)
     advice = "give the folder of a sweep, or a Parquet file of collisions"
     if place.is_dir():

@@ -96,14 +96,6 @@ def _plot_boundary(boundary: Boundary, axes: Any) -> Axes:
     return separating_line(boundary, fit, axes)
 
 
-def _plot_calibration(calibration: Calibration, axes: Any) -> Axes:
-    return calibrated_line(calibration, axes)
-
-
-def _plot_imported(collisions: ImportedCollisions, axes: Any) -> Axes:
-    return phase_diagram(collisions, axes)
-
-
 def _plot_videos(videos: VideoResult, axes: Any) -> list[Axes]:
     if axes is not None:
         rule, advice = "left out: four histograms have a figure of their own", "leave it out"
@@ -217,8 +209,8 @@ _SHOWN: dict[str, tuple[Callable[..., Any], Callable[[Any], Facts]]] = {
     "Outlines": (_plot_outlines, _facts_of_outlines),
     "LawFit": (_plot_fit, _facts_of_fit),
     "Boundary": (_plot_boundary, _facts_of_boundary),
-    "Calibration": (_plot_calibration, _facts_of_calibration),
-    "ImportedCollisions": (_plot_imported, _facts_of_imported),
+    "Calibration": (calibrated_line, _facts_of_calibration),
+    "ImportedCollisions": (phase_diagram, _facts_of_imported),
     "VideoResult": (_plot_videos, _facts_of_videos),
 }
 """Figure and facts of each kind of result, by the name of its class."""

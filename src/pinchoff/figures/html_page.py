@@ -124,8 +124,8 @@ class Page:
         rows = [list(row) for row in rows]
         cells = [[_longest(cell) for cell in row] for row in rows]
         kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
-        heading = f"<caption>{escape(caption)}</caption>" if caption else ""
-        head = "".join(f"<th{k}>{escape(c)}</th>" for c, k in zip(columns, kinds, strict=True))
+        heading = f"<caption>{_raised(caption)}</caption>" if caption else ""
+        head = "".join(f"<th{k}>{_raised(c)}</th>" for c, k in zip(columns, kinds, strict=True))
         body = "".join(
             "<tr>"
             + "".join(f"<td{k}>{_cell(c)}</td>" for c, k in zip(row, kinds, strict=True))

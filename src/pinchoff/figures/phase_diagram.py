@@ -27,7 +27,6 @@ from pinchoff.figures.plane import (
     logarithmic_axes,
     mark_size,
 )
-from pinchoff.studies.sweep.summary import Points
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import numeral
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
     from pinchoff.fits import LawFit
     from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
+    from pinchoff.studies.sweep.summary import Points
 
 #: The paper's separating lines: line, name, colour and dashes.
 PAPER_LINES = (
@@ -106,6 +106,8 @@ def points_of(collisions: Points | pd.DataFrame | ImportedCollisions | Boundary)
     InputError
         It is no table with the columns of the law, or none of its rows can be drawn.
     """
+    from pinchoff.studies.sweep.summary import Points
+
     if isinstance(collisions, Points):
         return collisions
     table = _table_of(collisions)

@@ -14,7 +14,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from pinchoff.model.outlines import Outline, Outlines
 from pinchoff.support import palette
@@ -147,6 +146,8 @@ def smooth_outline(vertices: Floats) -> Floats:
     >>> smooth_outline(square).shape
     (32, 2)
     """
+    from scipy.interpolate import CubicSpline  # slow to import
+
     closed = np.concatenate([vertices, vertices[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     curve = CubicSpline(along, closed, bc_type="periodic")

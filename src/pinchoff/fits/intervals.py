@@ -10,14 +10,7 @@ from statistics import NormalDist
 import numpy as np
 
 from pinchoff.fits.form import Form, unscaled
-from pinchoff.fits.likelihood import (
-    Constraint,
-    Equation,
-    Floats,
-    Likelihood,
-    Maximum,
-    maximum,
-)
+from pinchoff.fits.likelihood import Constraint, Equation, Floats, Likelihood, Maximum, maximum
 from pinchoff.support.arguments import checked_whole
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
@@ -269,13 +262,7 @@ def bootstrap(
 
 
 def _bootstrap_of(
-    form: Form,
-    best: Maximum,
-    found: Floats,
-    samples: int,
-    size: int,
-    count: int,
-    confidence: float,
+    form: Form, best: Maximum, found: Floats, samples: int, size: int, count: int, confidence: float
 ) -> Bootstrap:
     values = form.scaled(best.coefficients)
     errors = (found.std(axis=0, ddof=1) * math.sqrt(size / (count - size))).tolist()

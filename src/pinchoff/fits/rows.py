@@ -9,12 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.collisions.reasons import (
-    NO_SYMMETRY,
-    OUTCOME_UNKNOWN,
-    REJECTED,
-    not_measured,
-)
+from pinchoff.collisions.reasons import NO_SYMMETRY, OUTCOME_UNKNOWN, REJECTED, not_measured
 from pinchoff.fits.form import EXPONENTS, Form
 from pinchoff.fits.likelihood import Floats
 from pinchoff.support.errors import InputError

@@ -7,7 +7,6 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import cKDTree
 
 from pinchoff import _core
 from pinchoff.model.parameters import Parameters
@@ -130,6 +129,8 @@ def _require_size(name: str, circles: Floats, least: float, most: float) -> None
 
 
 def _require_clear(starts: Floats, obstacles: Floats, clearance: float) -> None:
+    from scipy.spatial import cKDTree  # slow to import
+
     discs = np.concatenate((obstacles, starts * [1.0, 1.0, 0.5]))
     tree = cKDTree(discs[:, :2])
     for i, disc in enumerate(discs[len(obstacles) :], start=len(obstacles)):

@@ -6,6 +6,7 @@ So a later run can tell what a run that died has left, and removes it.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
@@ -28,6 +29,7 @@ if sys.platform != "win32":
 
 _UNFINISHED = re.compile(r"\.pinchoff-[0-9a-f]{16}(\..*)?")
 _FLAGS = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0)
+_LARGEST_TOML = 16_000_000  # bytes
 _ORDINARY = 0o666  # as of any new file; the user's umask takes from it
 
 
@@ -40,7 +42,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         It cannot be read or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        return tomllib.loads(bounded_bytes(path, _LARGEST_TOML).decode("utf-8-sig"))
     except OSError as error:
         reason = error.strerror or str(error)
         raise InputError.of(str(path), "a readable file", reason, "check its name") from None
@@ -49,6 +51,21 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError.of(str(path), "a TOML file", got, "correct it there") from None
     except ValueError as error:  # text that is not UTF-8 or not TOML, or an absurdly long number
         raise InputError.of(str(path), "a TOML file", str(error), "correct it there") from None
+
+
+def bounded_bytes(path: Path, most: int) -> bytes:
+    """Read a file of no more than so many bytes; one such as /dev/zero has no end.
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or is larger.
+    """
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise OSError(errno.EFBIG, f"more than {most / 1e6:g} MB", str(path))
+    return content
 
 
 @contextmanager

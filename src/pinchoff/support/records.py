@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import write_text
+from pinchoff.support.files import bounded_bytes, write_text
 
 _LARGEST = 200_000_000  # bytes
 
@@ -77,10 +77,7 @@ def read_record(path: Path, shape: type[Shape], rule: str, advice: str) -> dict[
         It is not there, is no JSON, or has another shape; says where.
     """
     try:
-        size = path.stat().st_size
-        if size > _LARGEST:
-            raise InputError.of(str(path), rule, f"{size} bytes", advice)
-        text = path.read_bytes()
+        text = bounded_bytes(path, _LARGEST)
     except OSError as error:
         raise InputError.of(str(path), rule, error.strerror or str(error), advice) from None
     return parsed_record(text, str(path), shape, rule, advice)

@@ -170,8 +170,7 @@ class _Known(NamedTuple):
     @property
     def shorter(self) -> int:
         """Shorter side of the picture, pixels."""
-        side: int = min(self.frames[0].luma.shape)
-        return side
+        return int(min(self.frames[0].luma.shape))
 
 
 def _rings(clip: _Known) -> Iterator[Variants]:
@@ -419,7 +418,7 @@ class _Contest:
         frame = self.frames[len(self.frames) // 2 : len(self.frames) // 2 + 1]
 
         def tried(variant: Variant) -> Trial:
-            return self._trial(name, variant, frame, frame)
+            return _forgetting(self._trial(name, variant, frame, frame))
 
         firsts = [tried(sort[0]) for sort in sorts]
         best = max(range(len(sorts)), key=lambda k: firsts[k].quality.score)
@@ -431,7 +430,9 @@ class _Contest:
         best, *others = trials
         near = [each for each in others if each.quality.score >= _NEARLY * best.quality.score]
         closer = [
-            self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
+            _forgetting(
+                self._persisting(self._trial(each.method, each.built, self._learned, self.frames))
+            )
             for each in [best, *near][:_FINALISTS]
         ]
         return max(closer, key=lambda each: each.quality.score)
@@ -473,6 +474,13 @@ class _Contest:
             return trial
         seen = trial.quality
         return trial._replace(quality=seen._replace(score=seen.score * share, persistent=share))
+
+
+def _forgetting(trial: Trial) -> Trial:
+    """Let a method go of what it saw in the frames from which it learned: that takes memory."""
+    if isinstance(trial.segmenter, EnclosedSegmenter | SpotSegmenter):
+        trial.segmenter.forget()
+    return trial
 
 
 def _picture(frame: Frame, channel: str, *, rims: bool) -> Picture:

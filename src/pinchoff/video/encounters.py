@@ -289,12 +289,8 @@ def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
     outline : ndarray, shape (n, 2)
     circle : (x, y, radius)
     """
-    start = outline - (circle[0], circle[1])
-    edge = np.roll(start, -1, axis=0) - start
-    squared = np.einsum("ij,ij->i", edge, edge)
-    along = -np.einsum("ij,ij->i", start, edge) / np.where(squared > 0.0, squared, 1.0)
-    nearest = start + np.clip(along, 0.0, 1.0)[:, None] * edge
-    return float(np.sqrt(np.einsum("ij,ij->i", nearest, nearest).min()) - circle[2])
+    x, y, radius = (float(value) for value in circle)
+    return float(_core.distance(outline, (x, y))) - radius
 
 
 def along_flow(points: Floats, row: Mapping[str, Any]) -> Floats:

@@ -125,9 +125,10 @@ def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
     if defects is None:
         return keep
     mouth = widest * math.sqrt(cv2.contourArea(walk))
-    for start, end, _, depth in defects.reshape(-1, 4).tolist():
+    rows = defects.reshape(-1, 4)
+    for start, end in rows[rows[:, 3] > 256, :2].tolist():  # deeper than a unit
         across = math.hypot(*(walk[end, 0] - walk[start, 0]).tolist())
-        if depth > 256 and across <= mouth:  # a unit
+        if across <= mouth:
             if start < end:
                 keep[start + 1 : end] = False
             else:
@@ -147,7 +148,7 @@ def compact_part(walk: Walk) -> Walk | None:
     The same as `without_bays` and `is_compact`, with less work where it is clearly not.
     """
     corners = cv2.convexHull(walk, returnPoints=False)
-    hull = walk[corners[:, 0]]
+    hull = walk[corners.reshape(-1)]
     if not _fills(cv2.contourArea(hull), hull):
         return None
     whole = walk[_outside(walk, corners, _BAY)]
@@ -229,7 +230,8 @@ def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     travel = np.count_nonzero(~lingers)
     if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
         return nothing
-    return every[still]
+    kept: Floats = every[still]
+    return kept
 
 
 def _stays(every: Floats, frames: NDArray[np.int64], row: Floats, count: int) -> tuple[bool, bool]:

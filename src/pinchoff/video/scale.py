@@ -66,8 +66,8 @@ def described(sources: Mapping[str, Path], settings: VideoSettings) -> list[str]
         try:
             clip = clip_of(path, settings)
             lines.append(f"{name}: {_in_words(clip, scaled(clip, settings)[0], settings)}")
-        except InputError:
-            continue  # it is told when its turn comes
+        except Exception:
+            continue  # whatever is wrong with it is told when its turn comes
     if len(sources) > _MOST_DESCRIBED:
         lines.append(f"and {len(sources) - _MOST_DESCRIBED} more clips")
     return lines

@@ -203,9 +203,10 @@ def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Pa
         figures.sizes_over_sweep(table, varied),
         "Mean diameters against what was varied, standard errors where a run is long enough.",
     )
-    shown = ["folder", *varied, "mean_diameter", "weighted_diameter", "breakup_rate", "steady"]
+    measured = ("mean_diameter", "weighted_diameter", "breakup_rate", "steady", "retired_share")
+    shown = ["folder", *varied, *measured]
     rows = table[shown].map(lambda v: f"{v:.4g}" if isinstance(v, float) else str(v))
-    page.table(shown, rows.to_numpy().tolist(), "Lengths in D0, rates in 1/t0")
+    page.table(shown, rows.to_numpy().tolist(), "Lengths in D0, rates in 1/t0, shares of the area")
     for folder in table["folder"]:
         page.link(f"The page of {folder}", f"{folder}/{page_name}")
     return page

@@ -13,11 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import Literal, NamedTuple, TypeAlias
 
 Status: TypeAlias = Literal[
-    "found",
-    "no break even head-on",
-    "breaks at every contact",
-    "non-monotonic",
-    "unresolved",
+    "found", "no break even head-on", "breaks at every contact", "non-monotonic", "unresolved"
 ]
 
 STATUSES: dict[Status, str] = {

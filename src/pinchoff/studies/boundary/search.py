@@ -225,11 +225,7 @@ class _Runner:
     """Runs the collisions that the searches ask for, and keeps them."""
 
     def __init__(
-        self,
-        points: Sequence[Parameters],
-        threads: int,
-        show: Show | None,
-        flow: Flow | None,
+        self, points: Sequence[Parameters], threads: int, show: Show | None, flow: Flow | None
     ) -> None:
         self._points = points
         self._threads = threads

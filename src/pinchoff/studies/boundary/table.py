@@ -50,10 +50,7 @@ COLUMNS: dict[str, Column] = {
         ),
         count_column("failed_runs", "of them without an outcome, see Boundary.failures"),
         Column(
-            "intervals",
-            "",
-            "str",
-            "outcomes of the runs that touched, by S, from head-on outwards",
+            "intervals", "", "str", "outcomes of the runs that touched, by S, from head-on outwards"
         ),
     )
 }

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pinchoff.model.parameters import Parameters
 from pinchoff.model.simulation import simulate_many
@@ -68,22 +69,29 @@ def head_on_onset(
     """
     limit = max(parameters.time_limit, _LATEST)
     model = parameters.replace(offset=_OFFSET, follow_daughters=False, time_limit=limit, scale=None)
-    low, high = _RANGE
+    values = np.geomspace(*_RANGE, _PARTS + 1)
+    first = _first_that_breaks(model, values, threads)
+    if not 0 < first < len(values):
+        return None
+    low, high = float(values[first - 1]), float(values[first])
     while np.log(high / low) > _WIDTH:
         values = np.geomspace(low, high, _PARTS + 1)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RuntimeWarning)  # a failed run did not break
-            runs = simulate_many(
-                [model.replace(simulation_capillary_number=float(ca)) for ca in values],
-                threads=threads,
-                progress=False,
-            )
-        broke = runs["broke"].fillna(False).to_numpy(dtype=bool)
-        first = int(np.argmax(broke))
-        if not broke.any() or first == 0:
-            return None
+        first = 1 + _first_that_breaks(model, values[1:-1], threads)  # the ends are known
         low, high = float(values[first - 1]), float(values[first])
     return low, high
+
+
+def _first_that_breaks(model: Parameters, values: NDArray[np.float64], threads: int | None) -> int:
+    """Return the place of the first Ca_sim at which the model breaks; past the last for none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a failed run did not break
+        runs = simulate_many(
+            [model.replace(simulation_capillary_number=float(ca)) for ca in values],
+            threads=threads,
+            progress=False,
+        )
+    broke = runs["broke"].fillna(False).to_numpy(dtype=bool)
+    return int(np.argmax([*broke, True]))
 
 
 def match_onset(

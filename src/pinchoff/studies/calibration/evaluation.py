@@ -98,7 +98,8 @@ def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
         necks = head_on[np.isfinite(head_on)]
         if not len(necks) or neck_thickness == 0:
             return math.nan
-        return max(1.0, float(necks.iloc[0]) / neck_thickness)
+        shortfall = float(necks.iloc[0]) / neck_thickness
+        return max(1.0, shortfall) if math.isfinite(shortfall) else math.nan
     smallest = float(touched.loc[broke, "symmetry"].min())
     below = touched.loc[~broke & (touched["symmetry"] < smallest), "symmetry"]
     middle = (smallest + (float(below.max()) if len(below) else 0.0)) / 2
@@ -192,10 +193,7 @@ class Evaluator:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # failed runs are counted below
             line = boundary(
-                model,
-                {"simulation_capillary_number": ca.tolist()},
-                progress=False,
-                **self._options,
+                model, {"simulation_capillary_number": ca.tolist()}, progress=False, **self._options
             )
         points = line.runs.groupby("point")
         thinnest = model.neck_thickness

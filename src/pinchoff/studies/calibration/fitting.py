@@ -195,7 +195,7 @@ def calibrate(
     >>> import pinchoff as po
     >>> coarse = po.Parameters(vertex_count=48)
     >>> found = po.calibrate("paper-simulation", {"edge_stiffness": (2, 4)}, coarse, points=3,
-    ...                      width=0.02, scan=8, evaluations=6)
+    ...                      width=0.1, scan=6, evaluations=4)
     >>> found.best.objective <= found.start.objective
     True
     """
@@ -275,12 +275,7 @@ def _search(
     origin = (np.log([start.changes[name] for name in names]) - low) / span
     steps = np.where(origin > 0.5, -_FIRST_STEP, _FIRST_STEP)
     simplex = np.vstack([origin, origin + np.diag(steps)])
-    options = {
-        "initial_simplex": simplex,
-        "maxfev": most,
-        "xatol": _TOLERANCE,
-        "fatol": _FLATNESS,
-    }
+    options = {"initial_simplex": simplex, "maxfev": most, "xatol": _TOLERANCE, "fatol": _FLATNESS}
     result = minimize(
         objective, origin, method="Nelder-Mead", bounds=[(0, 1)] * len(names), options=options
     )

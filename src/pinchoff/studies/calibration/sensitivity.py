@@ -111,15 +111,14 @@ def sensitivity_table(evaluator: Evaluator, best: Evaluation) -> pd.DataFrame:
         low, high = (evaluator({**best.changes, name: end}) for end in ends)
         change = np.log(high.critical_symmetry / low.critical_symmetry)
         response = change / math.log(ends[1] / ends[0])
-        decided = bool(np.isfinite(response).all())
         rows.append(
             {
                 "constant": name,
                 "value": float(getattr(model, name)),
                 "low": ends[0],
                 "high": ends[1],
-                "mean": float(response.mean()) if decided else None,
-                "largest": float(response[np.argmax(np.abs(response))]) if decided else None,
+                "mean": float(response.mean()),
+                "largest": float(response[np.argmax(np.abs(response))]),
                 "objective_low": low.objective,
                 "objective_high": high.objective,
             }

@@ -127,12 +127,7 @@ def _levels(argument: str, name: str, values: list[Any], configuration: Any) -> 
 
 
 def _read_range(
-    argument: str,
-    name: str,
-    given: Mapping[str, Any],
-    sampled: bool,
-    whole: bool,
-    read: Reader,
+    argument: str, name: str, given: Mapping[str, Any], sampled: bool, whole: bool, read: Reader
 ) -> Axis:
     for key in given:
         if key not in _KEYS:

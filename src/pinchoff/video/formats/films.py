@@ -72,9 +72,11 @@ class Film:
         except (self._av.FFmpegError, OSError, ValueError) as error:
             got = str(getattr(error, "strerror", None) or error)
             raise InputError.of(str(self._path), "a readable film", got, CHOICE) from None
-        if not container.streams.video:
+        pictures = container.streams.video
+        if not pictures or pictures[0].codec_context is None:
             container.close()
-            raise InputError.of(str(self._path), "a film", "no pictures in it", CHOICE)
+            got = "pictures of an unknown kind" if pictures else "no pictures in it"
+            raise InputError.of(str(self._path), "a film", got, CHOICE)
         return container
 
     def _turn(self, container: Any) -> tuple[NDArray[np.float64], tuple[str, ...]]:

@@ -27,6 +27,7 @@ from pinchoff.video.regions import (
     SAME,
     Border,
     Groups,
+    Rectangle,
     Walk,
     alike,
     border_of,
@@ -176,6 +177,10 @@ class EnclosedSegmenter:
         learned._shown, learned._seen = shown, moving
         return learned
 
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
     def between(self, area: float, largest_cut: float) -> EnclosedSegmenter:
         """Return a segmenter for droplets from an area on: it may need fewer levels.
 
@@ -219,9 +224,10 @@ class EnclosedSegmenter:
         return dark
 
     def _regions(self, dark: Image) -> list[_Region]:
-        return [each for level in self.scene.levels for each in self._enclosed(dark, level)]
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
+        return [each for level in self.scene.levels for each in self._enclosed(dark, level, seen)]
 
-    def _enclosed(self, dark: Image, level: float) -> list[_Region]:
+    def _enclosed(self, dark: Image, level: float, seen: Rectangle) -> list[_Region]:
         """Return the convex regions that what is darker than a level encloses."""
         rim = cv2.compare(dark, level, cv2.CMP_GT)
         # The frame's edge closes what it cuts.
@@ -232,7 +238,6 @@ class EnclosedSegmenter:
         if not walks:
             return []
         least = _INTERIOR_SHARE * self.minimum_area
-        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         holes = []
         for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:

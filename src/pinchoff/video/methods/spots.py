@@ -24,6 +24,7 @@ from pinchoff.video.regions import (
     LEAST_CONTRAST,
     Border,
     Groups,
+    Rectangle,
     Walk,
     alike,
     border_of,
@@ -156,6 +157,10 @@ class SpotSegmenter:
         learned._shown, learned._seen = shown, seen
         return learned
 
+    def forget(self) -> None:
+        """Let go of what was seen in the frames from which it was learned."""
+        self._seen = {}
+
     def between(self, area: float, largest_cut: float) -> SpotSegmenter:
         """Return a segmenter for droplets from an area on: it may need fewer levels.
 
@@ -229,13 +234,13 @@ class SpotSegmenter:
         return dark
 
     def _spots(self, dark: Image) -> list[_Spot]:
-        return [spot for level in self.scene.levels for spot in self._at_level(dark, level)]
+        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
+        return [spot for level in self.scene.levels for spot in self._at_level(dark, level, seen)]
 
-    def _at_level(self, dark: Image, level: float) -> list[_Spot]:
+    def _at_level(self, dark: Image, level: float, seen: Rectangle) -> list[_Spot]:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
         mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
         walks, hierarchy = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
         spots: list[_Spot] = []
         for place, walk in enumerate(walks):
             if hierarchy[0, place, 3] >= 0 or cv2.contourArea(walk) < 0.5 * self.minimum_area:

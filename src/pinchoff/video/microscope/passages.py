@@ -72,6 +72,15 @@ class Passage:
         return [{droplet.droplet_id: droplet for droplet in frame} for frame in self.outlines]
 
     @cached_property
+    def _at_first(self) -> list[_Gliding]:
+        # The engine starts a droplet at rest; one record later the flow carries it.
+        return _gliding(self._by_frame[min(1, len(self._by_frame) - 1)])
+
+    @cached_property
+    def _at_last(self) -> list[_Gliding]:
+        return _gliding(self._by_frame[-1])
+
+    @cached_property
     def obstacles(self) -> Floats:
         """Centre x, y and radius of the run's obstacles, pixels: (M, 3)."""
         circles = self.outlines.obstacles
@@ -96,12 +105,11 @@ class Passage:
         """Return the same in D0, as the run has it."""
         times = self.outlines.times
         time = (time_s - self.start_s) / self.unit_s
-        # The engine starts a droplet at rest; one record later the flow carries it.
         first = min(1, len(times) - 1)
         if time <= times[first]:
-            return _glided(self._by_frame[first], time - times[first])
+            return _glided(self._at_first, time - times[first])
         if time >= times[-1]:
-            return _glided(self._by_frame[-1], time - times[-1])
+            return _glided(self._at_last, time - times[-1])
         k = int(np.searchsorted(times, time, side="right")) - 1
         share = (time - times[k]) / (times[k + 1] - times[k])
         after = self._by_frame[k + 1]
@@ -132,12 +140,27 @@ class Passage:
         return Passage(self.outlines, self.unit_px, self.unit_s, origin, start_s, angle)
 
 
-def _glided(droplets: dict[int, Outline], time: float) -> list[tuple[int, Floats]]:
-    moved = []
-    for number, droplet in droplets.items():
-        velocity = np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities))
-        moved.append((number, droplet.vertices + velocity * time))
-    return moved
+class _Gliding(NamedTuple):
+    """A droplet that glides on: its vertices, and their velocity."""
+
+    number: int
+    vertices: Floats
+    velocity: Floats
+
+
+def _gliding(droplets: dict[int, Outline]) -> list[_Gliding]:
+    return [
+        _Gliding(
+            number,
+            droplet.vertices,
+            np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities)),
+        )
+        for number, droplet in droplets.items()
+    ]
+
+
+def _glided(droplets: list[_Gliding], time: float) -> list[tuple[int, Floats]]:
+    return [(each.number, each.vertices + each.velocity * time) for each in droplets]
 
 
 def _between(droplet: Outline, after: Outline | None, share: float, time: float) -> Floats:
