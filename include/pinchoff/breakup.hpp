@@ -37,7 +37,10 @@ inline void Island::break_up(const Finding& found) {
     const double areas[2] = {signed_area(halves.first.r), signed_area(halves.second.r)};
     double value = 0;
     const Guard guard = refuses_cut(parent, areas, value);
-    if (guard != Guard::none) {
+    // Where droplets are many a daughter that is too small goes alone, and not her mother.
+    const bool spills =
+        world_->retires && guard == Guard::daughter_size && std::min(areas[0], areas[1]) > 0.0;
+    if (guard != Guard::none && !spills) {
         if (!world_->retires) return stop(guard, value);
         set_lags(0.5 * time_step_);
         return mend(Finding::alarm(guard, value, found.droplet));
@@ -56,7 +59,18 @@ inline void Island::break_up(const Finding& found) {
     for (int k = 0; k < 2; ++k) event.daughters[k] = add(std::move(daughters[k]));
     breakups_.push_back(event);
     if (world_->coalescence.follows) hand_films_down(event, films);
+    if (spills) take_out(event.daughters[areas[0] < areas[1] ? 0 : 1], guard, value);
     settle_heirs();
+}
+
+/// Takes out a droplet that a guard refuses.
+inline void Island::take_out(int id, Guard guard, double value) {
+    const int index = index_of(id);
+    const Droplet& d = droplets_[index];
+    refusals_.push_back(
+        {time(), id, guard, value, d.ring.rest_area, centroid(d.positions()), true});
+    end_films(id);
+    remove(index);
 }
 
 /// The guard that refuses to cut a droplet into such areas, with what it saw.

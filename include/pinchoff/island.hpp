@@ -151,6 +151,7 @@ private:
     Finding look_at_obstacles(Look& look) const;
     Finding look_at_touches(Look& look) const;
     Finding look_at_films(Look& look) const;
+    void take_out(int id, Guard guard, double value);
     void break_up(const Finding& found);
     Guard refuses_cut(const Droplet& parent, const double (&areas)[2], double& value) const;
     std::vector<Droplet> daughters_of(const Droplet& parent, Vec2 velocity,

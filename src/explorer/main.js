@@ -44,6 +44,7 @@ const session = new Session(model, points, {
 const { state } = session;
 const redraw = () => view.redraw();
 const clock = new Clock(session, scene, byId, redraw);
+const view = new View(facts, session, clock, { scene, traces, diagram }, byId);
 const own = new OwnData(ownPayload, model, byId, {
   redraw,
   simulate: (changes, symmetry) => {
@@ -52,7 +53,7 @@ const own = new OwnData(ownPayload, model, byId, {
     session.seek(changes, symmetry);
   },
 });
-const view = new View(facts, session, clock, { scene, traces, diagram, own }, byId);
+view.own = own;
 const sharing = new Sharing(session, diagram, byId);
 const remember = () => sharing.remember();
 const sliceMap = new SliceMap(session, facts, byId, { redraw, remember, trouble });

@@ -11,7 +11,7 @@ export class View {
   /**
    * @param {any} facts @param {import("./session.js").Session} session @param {import("./clock.js").Clock} clock
    * @param {{scene: import("./scene.js").Scene, traces: import("./traces.js").Traces,
-   *   diagram: import("./diagram.js").Diagram, own: import("./own.js").OwnData}} pictures
+   *   diagram: import("./diagram.js").Diagram}} pictures
    * @param {(id: string) => any} byId
    */
   constructor(facts, session, clock, pictures, byId) {
@@ -19,6 +19,8 @@ export class View {
     this.session = session;
     this.clock = clock;
     this.pictures = pictures;
+    /** @type {import("./own.js").OwnData | null} once it is there */
+    this.own = null;
     this.byId = byId;
     this.changed = true;
     darkScreen.addEventListener("change", () => this.changeColours());
@@ -47,7 +49,8 @@ export class View {
   }
 
   #draw() {
-    const { scene, traces, diagram, own } = this.pictures;
+    const { scene, traces, diagram } = this.pictures;
+    const own = /** @type {import("./own.js").OwnData} */ (this.own);
     const { state, run, here, points } = this.session;
     const { quantities } = state;
     scene.time = traces.time = state.time;
@@ -113,11 +116,11 @@ export class View {
 
   /** @param {any} point of the diagram @param {number} px @param {number} py */
   showTip(point, px, py) {
-    const { diagram, own } = this.pictures;
+    const { diagram } = this.pictures;
     const tip = this.byId("tip");
     const { clientWidth: width, clientHeight: height } = diagram.canvas;
     tip.hidden = false;
-    if (point.own !== undefined) own.describe(point.own, tip);
+    if (point.own !== undefined) this.own?.describe(point.own, tip);
     else tip.textContent = linesOf(point);
     const right = px > width / 2;
     tip.style.left = right ? "" : `${px + 16}px`;

@@ -373,6 +373,27 @@ def test_a_droplet_that_fails_is_retired_and_said_so(tmp_path):
         po.simulate_emulsion(FEW, on_guard="ignore", **scene)
 
 
+def test_a_daughter_too_small_to_be_followed_goes_alone():
+    """A droplet of 0.025 D0 breaks: the smaller daughter is taken out, the other one goes on."""
+    size, radius = 0.025, 0.025 / 5.66
+    with pytest.warns(RuntimeWarning, match=r"droplet 1 .*at least 0.02 D0"):
+        run = po.simulate_emulsion(
+            po.Parameters(simulation_capillary_number=60 / size, vertex_count=64),
+            time=0.2,
+            droplets=[[-0.09, 0.02 * size, size]],
+            obstacles=[[0, 0, radius]],
+            flow=po.flow.stokes(radius),
+            interval=0.05,
+        )
+    kinds = run.events.set_index("kind")
+    broke, gone = kinds.loc["breakup"], kinds.loc["retired"]
+    assert (broke["daughter_1"], broke["daughter_2"], gone["droplet_id"]) == (1, 2, 1)
+    assert gone["area"] == pytest.approx(broke["area_1"])
+    assert gone["area"] < broke["area_2"]
+    assert run.balance["present"] == 1
+    assert run.sizes["diameter"].iloc[-1] == pytest.approx(math.sqrt(4 / math.pi * broke["area_2"]))
+
+
 def test_vertices_follow_the_perimeter():
     """Drawn out along one line a droplet keeps its spacing within a factor of 2, and its area."""
     x = np.linspace(-6, 6, 61)
