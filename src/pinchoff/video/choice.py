@@ -159,9 +159,13 @@ class _Known(NamedTuple):
         """Those in which droplets may show."""
         return list(dict.fromkeys([self.channel, *([self.tint] if self.tint else [])]))
 
-    def view(self) -> NDArray[np.uint8] | None:
-        """Return what is outside of the view: it is dark in all frames, in every colour."""
-        return outside_view([Signal().of(frame) for frame in _spread(self.frames, _VIEWED)])
+    def view(self, signal: Signal) -> NDArray[np.uint8] | None:
+        """Return what is outside of the view: dark in all frames; in a negative, bright too."""
+        frames = _spread(self.frames, _VIEWED)
+        seen_in = dict.fromkeys([Signal(), signal._replace(channel=Signal().channel)])
+        views = [outside_view([each.of(frame) for frame in frames]) for each in seen_in]
+        outside = [view for view in views if view is not None]
+        return np.maximum.reduce(outside) if outside else None
 
     @property
     def shorter(self) -> int:
@@ -176,9 +180,9 @@ def _rings(clip: _Known) -> Iterator[Variants]:
 
 
 def _enclosed(clip: _Known) -> Iterator[Variants]:
-    view = clip.view()
     for inverted, parts in ((False, _WINDOWS), (True, _BRIGHT_WINDOWS)):
         signal = Signal(clip.channel, inverted)
+        view = clip.view(signal)
         for window in _odd(clip.shorter / part for part in parts):
             build = partial(
                 EnclosedSegmenter.learned,
@@ -191,9 +195,9 @@ def _enclosed(clip: _Known) -> Iterator[Variants]:
 
 
 def _spots(clip: _Known) -> Iterator[Variants]:
-    view = clip.view()
+    views = {inverted: clip.view(Signal(inverted=inverted)) for inverted in (False, True)}
     for channel in clip.channels:
-        for inverted in (False, True):
+        for inverted, view in views.items():
             sort: Variants = []
             signal = Signal(channel, inverted)
             for window in _odd(clip.shorter / part for part in _WIDE):
@@ -274,7 +278,7 @@ def choose(
         smaller = settings.replace(minimum_diameter_um=least_um)
         other = _among_methods(clip._replace(settings=smaller), sample.pairs)
         better = other.trial.quality.score > _MUCH_BETTER * max(choice.trial.quality.score, 0.0)
-        if better and _move(other.trial):
+        if better and _move(other.trial, sample.frames):
             choice = other
     last = _without_small(choice.trial, given=settings.minimum_diameter_um is not None)
     trials = [last if each is choice.trial else each for each in choice.trials]
@@ -301,9 +305,9 @@ def _may_be_smaller(trial: Trial) -> bool:
     return trial.quality.score <= 0.0 or usual is None or usual < largest
 
 
-def _move(trial: Trial) -> bool:
-    """Return whether what was found moves, where that can be known: dust does not."""
-    seen = [rows_of(here) for here in trial.found]
+def _move(trial: Trial, frames: Sequence[Frame]) -> bool:
+    """Return whether what a method finds moves, where that can be known: dust does not."""
+    seen = [rows_of(trial.segmenter.droplets(frame)) for frame in _spread(frames, _TRIED)]
     return len(seen) < _MOVING or len(standing_rows(seen, always=True)) < sum(map(len, seen)) / 2
 
 

@@ -29,8 +29,8 @@ _FAINT = 0.25  # of the median change across the outline: less is a gap
 _ENDED = 0.3  # least share of a rim that ends outside
 _FAR, _UNDONE = 0.35, 0.6  # radii within which a change that is undone by so much is a rim
 _HALO = 0.6  # radii from an outline inwards in which a darker rim makes a bright one a halo
-_HALO_DARK, _HALO_CORE = 0.4, 0.25  # how much darker than outside it is, and than the middle, halos
-_HALO_SURE = 0.5  # how sure the outline of a halo may be
+_HALO_DARK, _HALO_CORE = 0.8, 0.25  # how much darker than outside it is, and than the middle, halos
+_HALO_WORTH = 0.6  # of a droplet's worth: that of the halo about it, which is larger
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
 _ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
 _WEIGHT = 0.75  # exponent of the area: a droplet is worth more whole than in pieces
@@ -109,7 +109,8 @@ def quality(pictures: Sequence[Sequence[Picture]], found: Sequence[Sequence[Drop
                 for rim, view, most in zip(seen, views, strongest, strict=True)
             )
             sure *= _smoothness(droplet.outline)
-            score += (2.0 * sure - 1.0) * droplet.area**_WEIGHT
+            worth = _HALO_WORTH if any(rim.halo for rim in seen) else 1.0
+            score += worth * (2.0 * sure - 1.0) * droplet.area**_WEIGHT
             shares.append(closed)
     frames = max(1, len(pictures))
     return Quality(score / frames, float(np.mean(shares)) if shares else 0.0, len(shares) / frames)
@@ -173,8 +174,6 @@ def across(image: Image, outline: Floats, noise: float) -> _Across:
 def _how_sure(seen: _Across, rims: bool, strongest: float) -> float:
     """Return how sure an outline is after what its rays show, from 0 to 1."""
     sure = seen.closed**2 * (1.0 - 0.5 * seen.inner * rims)
-    if seen.halo:
-        sure *= _HALO_SURE
     sure *= min(1.0, seen.strength / max(strongest, 1e-6)) ** _STRENGTH
     return float(sure * min(1.0, seen.placed / _SHARP) ** _PLACED)
 
