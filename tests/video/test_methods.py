@@ -10,7 +10,7 @@ import pytest
 
 from pinchoff.support.errors import InputError
 from pinchoff.video.background import Sample, sample
-from pinchoff.video.choice import METHODS, choose
+from pinchoff.video.choice import choose
 from pinchoff.video.clips import measure_clip
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.alike import more_alike
@@ -23,6 +23,7 @@ from pinchoff.video.reading import Frame
 from pinchoff.video.settings import METHOD_NAMES, VideoSettings
 from pinchoff.video.signal import Signal, best_channel
 from pinchoff.video.tracking import Tracker
+from pinchoff.video.variants import METHODS
 
 SIZE = (420, 200)  # width and height, pixels
 TOP, BOTTOM, WALL = 60, 140, 12  # of the channel, inside

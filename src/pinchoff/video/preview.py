@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from pinchoff.support.files import written_aside
 from pinchoff.video.background import sample
-from pinchoff.video.choice import Choice, Trial, choose
+from pinchoff.video.choice import Choice, choose
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.function import SegmentFunction
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
@@ -20,6 +20,7 @@ from pinchoff.video.overlay import CUT, OBSTACLE, OUTLINE, TOUCHING, rgb_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.trials import Trial
 
 Pixels = NDArray[np.uint8]
 Floats = NDArray[np.float64]
