@@ -10,10 +10,10 @@ import tempfile
 from pathlib import Path
 
 import pinchoff as po
-from pinchoff.cli.examples import examples
+from pinchoff.cli.examples import write_examples
 
 folder = Path(tempfile.mkdtemp())
-examples(str(folder / "examples"))
+write_examples(folder)
 settings = po.VideoSettings(
     pixel_size_um=5.28,
     laboratory={
@@ -23,7 +23,7 @@ settings = po.VideoSettings(
         "surface_tension_mN_m": 20,
     },
 )
-measured = po.measure_videos([folder / "examples" / "clip.mp4"], folder / "measured", settings)
+measured = po.measure_videos([folder / "clip.mp4"], folder / "measured", settings)
 panels = po.figures.histograms(measured.collisions)
 
 # %%

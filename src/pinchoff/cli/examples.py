@@ -49,25 +49,34 @@ def examples(results: ExamplesFolder) -> None:
 
     pinchoff sweep examples/phase-diagram.toml --out phase-diagram
     """
-    texts = {
+    texts = _texts()
+    names = [*sorted(texts), TABLE, CLIP, _TRUTH]
+    with results.held_for(names) as folder:
+        write_examples(folder)
+    files = [folder / name for name in names]
+    report = {"files": [str(path) for path in files if path.exists()]}
+    results.announce(report, lambda: None, files)
+    if not files[-1].exists():
+        advice = "install it with: pip install 'pinchoff[video]'"
+        warn(f"no clip: the extra 'video' is not installed; {advice}")
+
+
+def write_examples(folder: Path) -> None:
+    """Write the files into a folder; the clip, if the extra "video" is installed."""
+    for name, text in _texts().items():
+        write_text(folder / name, text)
+    _write_table(folder / TABLE)
+    if find_spec("av") is not None and find_spec("cv2") is not None:
+        _write_clip(folder / CLIP)
+
+
+def _texts() -> dict[str, str]:
+    """Return the configurations by their names."""
+    return {
         file.name: file.read_text(encoding="utf-8")
         for file in resources.files("pinchoff.cli").joinpath("example_files").iterdir()
         if file.name.endswith(".toml")
     }
-    names = [*sorted(texts), TABLE, CLIP, _TRUTH]
-    with results.held_for(names) as folder:
-        for name, text in texts.items():
-            write_text(folder / name, text)
-        _write_table(folder / TABLE)
-        filmed = find_spec("av") is not None and find_spec("cv2") is not None
-        if filmed:
-            _write_clip(folder / CLIP)
-    files = [folder / name for name in names]
-    report = {"files": [str(path) for path in files if path.exists()]}
-    results.announce(report, lambda: None, files)
-    if not filmed:
-        advice = "install it with: pip install 'pinchoff[video]'"
-        warn(f"no clip: the extra 'video' is not installed; {advice}")
 
 
 def _write_table(path: Path) -> None:

@@ -224,11 +224,10 @@ def standing_rows(seen: Sequence[Floats], *, always: bool = False) -> Floats:
     stays = np.array([_stays(every, frames, row, len(seen)) for row in every], dtype=bool)
     stays = stays.reshape(-1, 2)
     still, lingers = stays[:, 0], stays[:, 1]
-    if always:
-        return every[still]
     to_and_fro = np.count_nonzero(lingers & ~still)
     travel = np.count_nonzero(~lingers)
-    if still.all() or (to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)):
+    trembling = to_and_fro > travel and to_and_fro > 0.5 * np.count_nonzero(still)
+    if not always and (still.all() or trembling):
         return nothing
     kept: Floats = every[still]
     return kept
