@@ -12,8 +12,9 @@ from pinchoff.video.background import sample
 from pinchoff.video.choice import choose
 from pinchoff.video.clips import measure_clip
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import outside_view, seen_part, standing_rows
+from pinchoff.video.regions import outside_view, seen_part
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.standing import standing_rows
 
 HEIGHT, WIDTH = 120, 160
 SETTINGS = VideoSettings(pixel_size_um=1.0, fps=100.0)

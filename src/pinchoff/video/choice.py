@@ -19,9 +19,9 @@ from pinchoff.video.methods.function import FunctionSegmenter, SegmentFunction, 
 from pinchoff.video.methods.rings import RingSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import rows_of, standing_rows
 from pinchoff.video.settings import SMALLEST_DROPLET_PX, VideoSettings
 from pinchoff.video.signal import best_channel, strong_tint
+from pinchoff.video.standing import rows_of, standing_rows
 from pinchoff.video.trials import Contest, Trial, best_of
 from pinchoff.video.variants import METHODS, KnownClip, Variant, known_before, spread
 

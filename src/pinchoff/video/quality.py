@@ -17,8 +17,9 @@ from scipy.optimize import linear_sum_assignment
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.regions import LEAST_CONTRAST, alike, border_of, rows_of, standing_rows
+from pinchoff.video.regions import LEAST_CONTRAST, border_of
 from pinchoff.video.signal import Image
+from pinchoff.video.standing import alike, rows_of, standing_rows
 
 Floats = NDArray[np.float64]
 

@@ -19,8 +19,8 @@ from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import rows_of, standing_rows, without_standing
 from pinchoff.video.signal import Signal, noise_of
+from pinchoff.video.standing import rows_of, standing_rows, without_standing
 from pinchoff.video.variants import KnownClip, Variant, Variants, spread
 
 T = TypeVar("T")

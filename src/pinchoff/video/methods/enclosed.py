@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
+from pinchoff.video.methods.surroundings import Surroundings, usual_noise
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
@@ -29,7 +30,6 @@ from pinchoff.video.regions import (
     Groups,
     Rectangle,
     Walk,
-    alike,
     border_of,
     closedness,
     compact_part,
@@ -39,10 +39,10 @@ from pinchoff.video.regions import (
     part_below,
     seen_part,
     smoothed,
-    standing_rows,
     without_dents,
 )
-from pinchoff.video.signal import Image, Signal, noise_of
+from pinchoff.video.signal import Image, Signal
+from pinchoff.video.standing import rows_of, standing_rows
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -99,27 +99,6 @@ class _Region(NamedTuple):
     score: float
 
 
-class Scene(NamedTuple):
-    """What is the same in all frames of a clip.
-
-    Attributes
-    ----------
-    noise : float
-        Standard deviation, grey levels.
-    levels : tuple of float
-        Of darkness, grey levels below the local mean.
-    view : ndarray of uint8, shape (height, width), or None
-        Not zero beyond the dark edge of the view.
-    standing : ndarray, shape (n, 3)
-        Centre x, y and area of enclosed regions that never move: of the walls.
-    """
-
-    noise: float
-    levels: tuple[float, ...]
-    view: Pixels | None
-    standing: Floats
-
-
 class EnclosedSegmenter:
     """Find the droplets that dark rims enclose.
 
@@ -132,7 +111,7 @@ class EnclosedSegmenter:
         width.
     minimum_area : float
         Of a droplet, pixels.
-    scene : Scene
+    about : Surroundings
     edge : float
         Where the outline lies, a fraction of the rim's darkness.
     largest_cut : float
@@ -144,11 +123,11 @@ class EnclosedSegmenter:
         signal: Signal,
         window: int,
         minimum_area: float,
-        scene: Scene,
+        about: Surroundings,
         edge: float = 0.5,
         largest_cut: float = math.inf,
     ) -> None:
-        self.signal, self.window, self.scene = signal, window, scene
+        self.signal, self.window, self.about = signal, window, about
         self.minimum_area, self._edge, self._largest_cut = minimum_area, edge, largest_cut
         self._shown: list[_Shown] = []
         self._seen: dict[int, list[_Region]] = {}  # in the frames from which it was learned
@@ -163,17 +142,16 @@ class EnclosedSegmenter:
         view: Pixels | None = None,
     ) -> EnclosedSegmenter:
         """Return a segmenter for a clip, made from a sample of its frames, and their view."""
-        images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
-        noise = float(np.median([noise_of(image) for image in images]))
+        noise = usual_noise(frames, signal)
         levels = tuple(LEAST_CONTRAST * noise * 2.0**k for k in range(_LEVELS))
-        scene = Scene(noise, levels, view, np.empty((0, 3)))
-        first = cls(signal, window, minimum_area, scene)
+        first = cls(signal, window, minimum_area, Surroundings(noise, levels, view))
         seen = {frame.number: first._regions(first._darkness(frame)) for frame in frames}
-        rows = [_rows(here) for here in seen.values()]
-        first.scene = scene = scene._replace(standing=standing_rows(rows))
+        standing = standing_rows([rows_of(here) for here in seen.values()])
+        first.about = about = first.about._replace(standing=standing)
         moving = {number: first._moving(here) for number, here in seen.items()}
-        shown = [each for here in moving.values() for each in _shown(here, images[0].shape)]
-        learned = cls(signal, window, minimum_area, scene._replace(levels=_needed_levels(shown)))
+        shown = [each for here in moving.values() for each in _shown(here, frames[0].luma.shape)]
+        about = about._replace(levels=_needed_levels(shown))
+        learned = cls(signal, window, minimum_area, about)
         learned._shown, learned._seen = shown, moving
         return learned
 
@@ -191,8 +169,8 @@ class EnclosedSegmenter:
         """
         least = _INTERIOR_SHARE * area
         levels = _needed_levels([each for each in self._shown if each.area >= least])
-        scene = self.scene._replace(levels=levels) if levels else self.scene
-        return EnclosedSegmenter(self.signal, self.window, area, scene, self._edge, largest_cut)
+        about = self.about._replace(levels=levels) if levels else self.about
+        return EnclosedSegmenter(self.signal, self.window, area, about, self._edge, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
@@ -201,7 +179,7 @@ class EnclosedSegmenter:
         if seen is None:
             regions = self._moving(self._regions(dark))
         else:
-            regions = [each for each in seen if each.level in self.scene.levels]
+            regions = [each for each in seen if each.level in self.about.levels]
         kept = [
             each
             for each in regions
@@ -210,11 +188,7 @@ class EnclosedSegmenter:
         return self._outlined(one_a_droplet(kept, dark.shape), dark)
 
     def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
-        return [each for each in regions if not self._stands(each)]
-
-    def _stands(self, region: _Region) -> bool:
-        row = np.array([region.x, region.y, region.area])
-        return bool(alike(self.scene.standing, row).any())
+        return [each for each in regions if not self.about.stands(each)]
 
     def _darkness(self, frame: Frame) -> Image:
         image = self.signal.of(frame)
@@ -224,8 +198,8 @@ class EnclosedSegmenter:
         return dark
 
     def _regions(self, dark: Image) -> list[_Region]:
-        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
-        return [each for level in self.scene.levels for each in self._enclosed(dark, level, seen)]
+        seen = seen_part(self.about.view, (dark.shape[1], dark.shape[0]))
+        return [each for level in self.about.levels for each in self._enclosed(dark, level, seen)]
 
     def _enclosed(self, dark: Image, level: float, seen: Rectangle) -> list[_Region]:
         """Return the convex regions that what is darker than a level encloses."""
@@ -272,7 +246,7 @@ class EnclosedSegmenter:
         for hole, border in zip(holes, borders, strict=True):
             own = slice(start, start + len(border.points))
             start = own.stop
-            score = closedness(contrasts[own], border.at_edge, self.scene.noise)
+            score = closedness(contrasts[own], border.at_edge, self.about.noise)
             if score > 0.0:
                 area = cv2.contourArea(hole)
                 x, y = border.points.mean(axis=0).tolist()
@@ -318,7 +292,7 @@ class EnclosedSegmenter:
             rim = part_below(widths[number], _VIEW_QUANTILE)
             reach = max(_VIEW_PX, _VIEW_SHARE * rim)
             cut = bool(border.at_edge.any())
-            cut = cut or leaves_view(self.scene.view, border.points, border.normals, reach)
+            cut = cut or leaves_view(self.about.view, border.points, border.normals, reach)
             x, y = _core.centroid(outline)
             found.append(Droplet(outline, area, x, y, cut, -1))
         numbers = groups.numbers([droplet is not None for droplet in found])
@@ -353,11 +327,6 @@ class _Shown(NamedTuple):
     levels: frozenset[float]
 
 
-def _rows(regions: Sequence[_Region]) -> Floats:
-    """Return centre x, y and area of regions, shape (n, 3), pixels."""
-    return np.array([[each.x, each.y, each.area] for each in regions]).reshape(-1, 3)
-
-
 def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Shown]:
     """Return at which levels the droplets of a frame show.
 
@@ -368,7 +337,7 @@ def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Shown]:
     shape : tuple of int
         Of the frame.
     """
-    rows, levels = _rows(regions), np.array([each.level for each in regions])
+    rows, levels = rows_of(regions), np.array([each.level for each in regions])
     shown = []
     for droplet in one_a_droplet(regions, shape):
         away = np.hypot(rows[:, 0] - droplet.x, rows[:, 1] - droplet.y)

@@ -19,8 +19,8 @@ from pinchoff import _core
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.alike import more_alike
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import without_standing
 from pinchoff.video.signal import Signal
+from pinchoff.video.standing import without_standing
 
 Image = NDArray[np.float32]
 Places = NDArray[np.int64]

@@ -19,6 +19,7 @@ from scipy.ndimage import find_objects
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
+from pinchoff.video.methods.surroundings import Surroundings, usual_noise
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
@@ -26,7 +27,6 @@ from pinchoff.video.regions import (
     Groups,
     Rectangle,
     Walk,
-    alike,
     border_of,
     closedness,
     compact_part,
@@ -36,10 +36,10 @@ from pinchoff.video.regions import (
     part_below,
     seen_part,
     smoothed,
-    standing_rows,
     without_dents,
 )
-from pinchoff.video.signal import Image, Signal, noise_of
+from pinchoff.video.signal import Image, Signal
+from pinchoff.video.standing import rows_of, standing_rows
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -75,27 +75,6 @@ class _Spot(NamedTuple):
     contrast: float  # median, grey levels
 
 
-class Scene(NamedTuple):
-    """What is the same in all frames of a clip.
-
-    Attributes
-    ----------
-    noise : float
-        Standard deviation, grey levels.
-    levels : tuple of float
-        Of darkness, grey levels below the local light.
-    view : ndarray of uint8, shape (height, width), or None
-        Not zero beyond the dark edge of the view.
-    standing : ndarray, shape (n, 3)
-        Centre x, y and area of spots that never move.
-    """
-
-    noise: float
-    levels: tuple[float, ...]
-    view: Pixels | None
-    standing: Floats
-
-
 class SpotSegmenter:
     """Find the droplets that are dark all over.
 
@@ -107,7 +86,7 @@ class SpotSegmenter:
         Side of the square over which the local light is taken, pixels; odd, larger than a droplet.
     minimum_area : float
         Of a droplet, pixels.
-    scene : Scene
+    about : Surroundings
     largest_cut : float
         Of what the frame cuts, pixels: what is larger lies beyond a wall.
     """
@@ -117,10 +96,10 @@ class SpotSegmenter:
         signal: Signal,
         window: int,
         minimum_area: float,
-        scene: Scene,
+        about: Surroundings,
         largest_cut: float = math.inf,
     ) -> None:
-        self.signal, self.window, self.scene = signal, window, scene
+        self.signal, self.window, self.about = signal, window, about
         self.minimum_area, self._largest_cut = minimum_area, largest_cut
         self._shown: list[tuple[float, float]] = []  # area and level of each spot that was kept
         self._seen: dict[int, list[_Spot]] = {}  # in the frames from which it was learned
@@ -135,25 +114,21 @@ class SpotSegmenter:
         view: Pixels | None = None,
     ) -> SpotSegmenter:
         """Return a segmenter for a clip, made from a sample of its frames, and their view."""
-        images = [signal.of(frame) for frame in frames[:: max(1, len(frames) // 3)]]
-        noise = float(np.median([noise_of(image) for image in images]))
-        scene = Scene(noise, (), view, np.empty((0, 3)))
-        first = cls(signal, window, minimum_area, scene)
+        noise = usual_noise(frames, signal)
+        first = cls(signal, window, minimum_area, Surroundings(noise, view=view))
         darkest = max(float(first._darkness(frame).max()) for frame in frames[:3])
         faintest = _FAINTEST * LEAST_CONTRAST * noise
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
-        first.scene = scene = scene._replace(levels=tuple(levels.tolist()))
+        first.about = about = first.about._replace(levels=tuple(levels.tolist()))
         seen = {frame.number: first._spots(first._darkness(frame)) for frame in frames}
         shown = [
             (spot.area, spot.level)
             for spots in seen.values()
-            for spot in one_a_droplet(spots, images[0].shape)
+            for spot in one_a_droplet(spots, frames[0].luma.shape)
         ]
-        rows = [
-            np.array([[s.x, s.y, s.area] for s in here]).reshape(-1, 3) for here in seen.values()
-        ]
-        scene = scene._replace(levels=_levels_of(shown), standing=standing_rows(rows))
-        learned = cls(signal, window, minimum_area, scene)
+        standing = standing_rows([rows_of(here) for here in seen.values()])
+        about = about._replace(levels=_levels_of(shown), standing=standing)
+        learned = cls(signal, window, minimum_area, about)
         learned._shown, learned._seen = shown, seen
         return learned
 
@@ -170,8 +145,8 @@ class SpotSegmenter:
             Least area, and largest area of what the frame cuts, pixels.
         """
         levels = _levels_of([each for each in self._shown if each[0] >= area])
-        scene = self.scene._replace(levels=levels) if levels else self.scene
-        return SpotSegmenter(self.signal, self.window, area, scene, largest_cut)
+        about = self.about._replace(levels=levels) if levels else self.about
+        return SpotSegmenter(self.signal, self.window, area, about, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
@@ -180,8 +155,8 @@ class SpotSegmenter:
         if seen is None:
             seen = self._spots(dark)
         else:
-            seen = [spot for spot in seen if spot.level in self.scene.levels]
-        spots = [spot for spot in seen if not self._stands(spot) and not self._is_beyond(spot)]
+            seen = [spot for spot in seen if spot.level in self.about.levels]
+        spots = [spot for spot in seen if not self.about.stands(spot) and not self._is_beyond(spot)]
         height, width = dark.shape
         kept = _without_faint_cut(one_a_droplet(spots, dark.shape))
         owner = np.full(dark.shape, -1, dtype=np.int16)
@@ -204,7 +179,7 @@ class SpotSegmenter:
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
             cut = bool(border.at_edge.any())
-            cut = cut or leaves_view(self.scene.view, outline, border.normals, _VIEW_PX)
+            cut = cut or leaves_view(self.about.view, outline, border.normals, _VIEW_PX)
             outline = without_dents(outline)
             area = _core.area(outline)
             middle_x, middle_y = _core.centroid(outline)
@@ -220,10 +195,6 @@ class SpotSegmenter:
     def _is_beyond(self, spot: _Spot) -> bool:
         return bool(spot.area > self._largest_cut and spot.border.at_edge.any())
 
-    def _stands(self, spot: _Spot) -> bool:
-        row = np.array([spot.x, spot.y, spot.area])
-        return bool(alike(self.scene.standing, row).any())
-
     def _darkness(self, frame: Frame) -> Image:
         image = self.signal.of(frame)
         size = (self.window, self.window)
@@ -234,8 +205,8 @@ class SpotSegmenter:
         return dark
 
     def _spots(self, dark: Image) -> list[_Spot]:
-        seen = seen_part(self.scene.view, (dark.shape[1], dark.shape[0]))
-        return [spot for level in self.scene.levels for spot in self._at_level(dark, level, seen)]
+        seen = seen_part(self.about.view, (dark.shape[1], dark.shape[0]))
+        return [spot for level in self.about.levels for spot in self._at_level(dark, level, seen)]
 
     def _at_level(self, dark: Image, level: float, seen: Rectangle) -> list[_Spot]:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
@@ -309,7 +280,7 @@ class SpotSegmenter:
         ).T
         # Where it is as dark beyond, another part of the spot goes on.
         open_ends = border.at_edge | (beyond > level)
-        score = closedness(contrast, open_ends, self.scene.noise)
+        score = closedness(contrast, open_ends, self.about.noise)
         if score <= 0.0:
             return None
         usual = max(part_below(contrast, 0.5), 1e-6)
