@@ -54,17 +54,19 @@ def digests(out):
 
 
 def kill_and_go_on(folder, kills, seed, config=CONFIG):
+    """Kill a run soon after it has written so many files, whatever time that takes it here."""
     (folder / "c.toml").write_text(config)
-    began = time.monotonic()
     subprocess.run(command(folder, folder / "whole"), check=True, capture_output=True)
-    length = time.monotonic() - began
-    moments = random.Random(seed)
+    written = len(list((folder / "whole").iterdir()))
+    draw = random.Random(seed)
     hits = 0
-    for _ in range(kills):
+    for count in sorted(draw.sample(range(1, written - 10), kills)):
         program = subprocess.Popen(
             command(folder, folder / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
-        time.sleep(moments.uniform(0.1, 0.9) * length)
+        while program.poll() is None and len(list((folder / "killed").glob("*"))) < count:
+            time.sleep(1e-3)
+        time.sleep(draw.uniform(0.0, 0.02))
         program.send_signal(signal.SIGKILL)
         hits += program.wait() == -signal.SIGKILL
     subprocess.run(command(folder, folder / "killed"), check=True, capture_output=True)
