@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
     Picture = Axes | bytes | str | os.PathLike[str]
 
-_NUMBER = re.compile(r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+)?(?:\s?%)?$|^$|^–$|^—$", re.I)
+_NUMBER = re.compile(
+    r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+|×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?:\s?%)?$|^$|^–$|^—$", re.I
+)
 _SUBSCRIPT = re.compile(r"(?<!\w)(S|Ca|A|d|ε|k̃|N)_(c|sim|eff|small|large|min-neck|μ|l|v)(?!\w)")
 _POWER = re.compile(r"(?<=[\w)])\^(?:\(([^()]*)\)|([-−]?[\w.]+))")
 _SIGNS = {"good": "✓", "bad": "✗", "odd": "!"}

@@ -162,8 +162,10 @@ def _guessed(choice: Choice) -> str:
         )
     for other in choice.trials:
         count = other.quality.droplets
+        # What got no closer look was tried on another frame, and could not change the choice.
+        comparable = len(other.found) == len(choice.trial.found) and other.method != choice.method
         differs = abs(count - seen.droplets) > _OTHERWISE * seen.droplets
-        if other.method != choice.method and scores[other.method] >= _AS_GOOD and differs:
+        if comparable and differs and scores[other.method] >= _AS_GOOD:
             return (
                 f"the choice of method {choice.method!r} is a guess: it finds {seen.droplets:.1f} "
                 f"whole droplets a frame, {other.method!r}, with as good a score, {count:.1f}; "

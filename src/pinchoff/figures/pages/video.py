@@ -15,7 +15,7 @@ from pinchoff.explorer.page import FOLDER_PAGE, LINK, NO_PAGE, write_folder_page
 from pinchoff.figures.contact_sheet import Picture, write_contact_sheet
 from pinchoff.figures.html_page import Page
 from pinchoff.figures.video_histograms import diameters, histograms, timeline
-from pinchoff.support.numerals import counted
+from pinchoff.support.numerals import counted, numeral
 from pinchoff.video import clip_folder
 from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
 
@@ -241,7 +241,7 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
         "clip",
         "method and scores",
         "frames",
-        "time [s]",
+        "time (s)",
         "obstacles",
         "droplets",
         "collisions",
@@ -266,14 +266,14 @@ def _rejected(page: Page, table: pd.DataFrame) -> None:
 
 def _ranges(page: Page, table: pd.DataFrame) -> None:
     names = (
-        ("area_um2", "area [µm²]"),
-        ("speed_mm_s", "speed at contact [mm/s]"),
+        ("area_um2", "area (µm²)"),
+        ("speed_mm_s", "speed at contact (mm/s)"),
         ("symmetry", "S"),
         ("impact_parameter", "b/D0"),
         ("capillary_number", "Ca"),
         ("breakup_number", "Bk"),
-        ("neck_um", "thinnest neck [µm]"),
-        ("breakup_neck_um", "neck before break-up [µm]"),
+        ("neck_um", "thinnest neck (µm)"),
+        ("breakup_neck_um", "neck before break-up (µm)"),
         ("daughter_area_ratio", "A1/A2"),
     )
     rows = []
@@ -282,6 +282,6 @@ def _ranges(page: Page, table: pd.DataFrame) -> None:
         values = values[np.isfinite(values)]
         if values.size:
             numbers = np.quantile(values, [0.0, 0.5, 1.0])
-            rows.append((label, len(values), *(f"{value:.4g}" for value in numbers)))
+            rows.append((label, len(values), *(numeral(value, ".4g") for value in numbers)))
     if rows:
         page.table(("", "measured", "least", "median", "greatest"), rows)
