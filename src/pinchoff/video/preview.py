@@ -91,7 +91,12 @@ def _column(choice: Choice, trial: Trial, obstacles: Floats) -> Pixels:
         tiles.append(_tile(frame, shown, obstacles))
     score = choice.scores()[trial.method]
     head = f"{trial.method}: score {score:.2f}" + (", chosen" if chosen else "")
-    told = f"{trial.quality.droplets:.1f} whole droplets a frame; method {trial.method}"
+    count = trial.quality.droplets
+    one = len(trial.found) == 1 < len(choice.frames)
+    seen = (
+        f"{count:.0f} whole droplets in one frame" if one else f"{count:.1f} whole droplets a frame"
+    )
+    told = f"{seen}; --method {trial.method}"
     caption = np.full((_CAPTION, _TILE_WIDTH, 3), 255, dtype=np.uint8)
     _write(caption, head, 18, 0.55)
     _write(caption, told, 38, 0.42)
