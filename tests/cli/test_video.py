@@ -238,6 +238,19 @@ def test_packed_scene(filmed, tmp_path):
     assert len(first) == 1
 
 
+def test_a_preview_shows_each_method_and_passes_over_a_damaged_clip(filmed, tmp_path, capsys):
+    damaged = tmp_path / "damaged.mp4"
+    damaged.write_bytes(filmed.read_bytes()[:3000])
+    out = tmp_path / "out"
+    options = ["--pixel-size", "5.28um", "--preview", "--out", str(out)]
+    assert main(["video", str(damaged), str(filmed), *options]) == 0
+    said = capsys.readouterr()
+    assert f"error: {damaged} must be" in said.err
+    assert "clip: rings is used (rings 1.00, enclosed" in said.out
+    assert [path.name for path in out.iterdir()] == ["preview-clip.png"]
+    assert main(["video", str(damaged), *options]) == 2
+
+
 def begun(folder):
     return folder.is_dir() and any(folder.iterdir())
 

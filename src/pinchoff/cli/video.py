@@ -198,15 +198,23 @@ def video(
 
 def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
     """Draw what each method finds in each clip, and print the scores."""
-    from pinchoff.video.batch import clip_sources
+    from pinchoff.video.batch import clip_sources, failure_of
     from pinchoff.video.preview import write_preview
 
-    for name, source in clip_sources(clips).items():
+    sources, failed = clip_sources(clips), 0
+    for name, source in sources.items():
         path = folder / f"preview-{name}.png"
-        choice = write_preview(source, path, settings)
+        try:
+            choice = write_preview(source, path, settings)
+        except Exception as error:  # libraries refuse damaged clips in many ways of their own
+            print(f"error: {failure_of(source, error)}", file=sys.stderr)
+            failed += 1
+            continue
         scores = ", ".join(f"{method} {score:.2f}" for method, score in choice.scores().items())
         print(f"{name}: {choice.method} is used ({scores}); --method NAME takes another")
         print(f"wrote {path}")
+    if failed == len(sources):
+        raise _none_measurable(failed)
 
 
 def _describe(sources: Mapping[str, Path], settings: VideoSettings, stream: TextIO) -> None:
@@ -232,8 +240,12 @@ def _tell_problems(result: VideoResult) -> None:
         elif clip.result.get("warning"):
             warn(f"{clip.name}: {clip.result['warning']}")
     if all(clip.error for clip in result.clips):
-        got = f"{counted(len(result.clips), 'clip')} with errors"
-        raise InputError.of("FILES", "measurable", got, "see the errors above")
+        raise _none_measurable(len(result.clips))
+
+
+def _none_measurable(clips: int) -> InputError:
+    got = f"{counted(clips, 'clip')} with errors"
+    return InputError.of("FILES", "measurable", got, "see the errors above")
 
 
 def _report(result: VideoResult) -> dict[str, Any]:

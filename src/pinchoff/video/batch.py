@@ -267,10 +267,11 @@ def measure_to_folder(
             shutil.rmtree(job.folder, ignore_errors=True)
         if not isinstance(error, Exception):
             raise
-        return ClipOutcome(job.name, job.folder, {}, error=_reason(job.source, error))
+        return ClipOutcome(job.name, job.folder, {}, error=failure_of(job.source, error))
 
 
-def _reason(source: Path, error: Exception) -> str:
+def failure_of(source: Path, error: Exception) -> str:
+    """Return in a line why a clip cannot be measured, whatever refused it."""
     if isinstance(error, PinchoffError):
         return str(error)
     if isinstance(error, OSError) and is_full(error):
