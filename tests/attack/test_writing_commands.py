@@ -102,7 +102,7 @@ def test_a_command_whose_library_fails_leaves_no_folder(
         "compare": "pinchoff.video.comparison.compare_collision",
         "export": "pinchoff.video.export.export_clip",
         "fit": "pinchoff.fits.law_study.study_law",
-        "examples": "pinchoff.cli.examples.written_aside",
+        "examples": "pinchoff.cli.examples.write_examples",
         "chamber": "pinchoff.cli.chamber._write",
         "reproduce": "pinchoff.paper.reproduce",
     }
