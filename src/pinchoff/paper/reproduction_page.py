@@ -93,7 +93,9 @@ def reproduction_page(made: Reproduction) -> Page:
         {
             "version": settings["pinchoff_version"],
             "seed": settings["seed"],
-            "simulations": "quick: fewer and coarser" if settings["quick"] else "full",
+            "simulations": "quick: fewer and coarser, front tracking with half of its vertices"
+            if settings["quick"]
+            else "full",
             "experiment": "synthetic" if synthetic else f"sha256 {settings['experiment'][:16]}…",
             "time": f"{made.seconds:.0f} s",
             "constants": "preset default, unless a caption says otherwise; for front tracking the "
