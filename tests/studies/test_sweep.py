@@ -324,6 +324,20 @@ def test_ctrl_c_stops_soon_and_leaves_a_sweep_that_goes_on(tmp_path):
     assert po.sweep(SLOW, tmp_path).computed == 480 - 16 * there
 
 
+def test_nothing_tells_how_often_a_sweep_was_stopped(done, tmp_path):
+    po.sweep(SAMPLE, tmp_path)
+    checksums = tmp_path / CHECKSUMS
+    whole = checksums.read_bytes()
+    # Killed between the second part's line and the part, and again within that line.
+    first, second = whole.splitlines(keepends=True)[:2]
+    checksums.write_bytes(first + second + second[:9])
+    for path in parts(tmp_path)[1:]:
+        path.unlink()
+    po.sweep(SAMPLE, tmp_path)
+    assert checksums.read_bytes() == whole
+    assert contents(tmp_path) == contents(done)
+
+
 def test_damaged_part_is_computed_again(done, tmp_path):
     po.sweep(SAMPLE, tmp_path)
     parts(tmp_path)[2].write_bytes(b"")

@@ -65,6 +65,19 @@ def test_it_is_on_the_disk_before_it_has_its_name(tmp_path, monkeypatch):
     assert synced == [(path.stat().st_ino, False)]
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="files are not locked there")
+def test_an_interruption_as_a_file_is_made_leaves_none(tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(files.fcntl, "flock", interrupt)
+    with pytest.raises(KeyboardInterrupt), written_aside(tmp_path / "a.txt"):
+        pass
+    with pytest.raises(KeyboardInterrupt):
+        files.require_writable(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_names_differ_and_keep_their_suffix_and_their_length(tmp_path):
     path = tmp_path / f"{'x' * 250}.png"
     with written_aside(path) as one, written_aside(path) as other:

@@ -10,14 +10,27 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
+from pinchoff.support.files import write_text
 
 CHECKSUMS = "_checksums.sha256"
+_DIGITS = 64
 
 
 def record_checksum(folder: Path, name: str, content: bytes) -> None:
     """Note a file's checksum, before the file appears: one without it was never complete."""
     with (folder / CHECKSUMS).open("a", encoding="ascii") as file:
         file.write(f"{hashlib.sha256(content).hexdigest()}  {name}\n")
+
+
+def settle_checksums(folder: Path) -> None:
+    """Leave one line for each file, in the order of names, and none that a kill cut short."""
+    found = recorded_checksums(folder)
+    if found is None:
+        return
+    whole = {name: found[name] for name in sorted(found) if len(found[name]) == _DIGITS}
+    text = "".join(f"{checksum}  {name}\n" for name, checksum in whole.items())
+    if text != (folder / CHECKSUMS).read_text(encoding="ascii", errors="replace"):
+        write_text(folder / CHECKSUMS, text)
 
 
 def recorded_checksums(folder: Path) -> dict[str, str] | None:

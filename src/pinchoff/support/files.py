@@ -79,12 +79,15 @@ def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
     into the file that is there, not make another in its place.
     """
     remove_unfinished(path.parent)
+    made: list[Path] = []
+    descriptor = None
     try:
-        unfinished, descriptor = _new_file(path.parent, path.suffix if suffix is None else suffix)
-    except OSError as error:
-        error.filename = str(path)  # the name that its reader knows
-        raise
-    try:
+        ending = path.suffix if suffix is None else suffix
+        try:
+            unfinished, descriptor = _new_file(path.parent, ending, made)
+        except OSError as error:
+            error.filename = str(path)  # the name that its reader knows
+            raise
         yield unfinished
         if descriptor is None:  # Windows renames no file that is open
             descriptor = os.open(unfinished, os.O_RDWR)
@@ -94,14 +97,12 @@ def written_aside(path: Path, suffix: str | None = None) -> Iterator[Path]:
             descriptor = None
         unfinished.replace(path)
     except OSError as error:
-        if error.filename is None or Path(os.fsdecode(error.filename)) == unfinished:
+        if error.filename is None or Path(os.fsdecode(error.filename)) in made:
             with suppress(AttributeError):  # an error of PyAV keeps its name
                 error.filename = str(path)  # the one that its reader knows
         raise
     finally:
-        unfinished.unlink(missing_ok=True)
-        if descriptor is not None:
-            os.close(descriptor)
+        _remove(made, descriptor)
 
 
 def write_text(path: Path, text: str) -> None:
@@ -121,11 +122,19 @@ def hidden_name(seed: str, ending: str) -> str:
     return f".pinchoff-{hashlib.sha256(seed.encode(errors='replace')).hexdigest()[:16]}{ending}"
 
 
-def _new_file(folder: Path, ending: str) -> tuple[Path, int | None]:
-    """Make a hidden file of a random name; return it with its descriptor, which locks it."""
+def _new_file(folder: Path, ending: str, made: list[Path]) -> tuple[Path, int | None]:
+    """Make a hidden file of a random name; return it with its descriptor, which locks it.
+
+    Its name is noted in `made` before it is there: an interruption may come at any moment.
+    """
     while True:
         path = folder / hidden_name(secrets.token_hex(), ending)
-        descriptor = os.open(path, _FLAGS, _ORDINARY)
+        made.append(path)
+        try:
+            descriptor = os.open(path, _FLAGS, _ORDINARY)
+        except OSError:
+            made.remove(path)  # what stands there is another's
+            raise
         if sys.platform == "win32":
             os.close(descriptor)
             return path, None
@@ -133,6 +142,13 @@ def _new_file(folder: Path, ending: str) -> tuple[Path, int | None]:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         if is_at(descriptor, path):  # else another process took it for a dead one's
             return path, descriptor
+        os.close(descriptor)
+
+
+def _remove(made: list[Path], descriptor: int | None) -> None:
+    for path in made:
+        path.unlink(missing_ok=True)
+    if descriptor is not None:
         os.close(descriptor)
 
 
@@ -144,10 +160,12 @@ def require_writable(folder: Path) -> None:
     OSError
         That cannot be done.
     """
-    path, descriptor = _new_file(folder, "")
-    path.unlink()
-    if descriptor is not None:
-        os.close(descriptor)
+    made: list[Path] = []
+    descriptor = None
+    try:
+        _, descriptor = _new_file(folder, "", made)
+    finally:
+        _remove(made, descriptor)
 
 
 def is_at(descriptor: int, path: Path) -> bool:

@@ -96,7 +96,7 @@ def _column(choice: Choice, trial: Trial, obstacles: Floats) -> Pixels:
     seen = (
         f"{count:.0f} whole droplets in one frame" if one else f"{count:.1f} whole droplets a frame"
     )
-    told = f"{seen}; --method {trial.method}"
+    told = f"{seen}; method {trial.method}"
     caption = np.full((_CAPTION, _TILE_WIDTH, 3), 255, dtype=np.uint8)
     _write(caption, head, 18, 0.55)
     _write(caption, told, 38, 0.42)

@@ -17,7 +17,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from pydantic import PositiveInt
 
-from pinchoff.collisions.checksums import is_whole, record_checksum, recorded_checksums
+from pinchoff.collisions.checksums import (
+    is_whole,
+    record_checksum,
+    recorded_checksums,
+    settle_checksums,
+)
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
 from pinchoff.support.files import written_aside
@@ -107,6 +112,10 @@ class SweepDataset:
                 f"'{error.strerror}'; make room and start again: what is "
                 "there stays"
             ) from error
+
+    def settle(self) -> None:
+        """Let nothing tell how often the sweep was stopped."""
+        settle_checksums(self.path)
 
     def _part_path(self, part: int) -> Path:
         return self.path / f"part-{part:06d}.parquet"

@@ -105,6 +105,7 @@ def sweep(
     _check(design, path, with_bar)
     failed = 0
     with opened(path, design) as dataset:
+        dataset.settle()  # a line that a kill cut short would spoil the next one
         missing = dataset.missing_parts()
         rows = sum(len(dataset.rows_of(part)) for part in missing)
         start = dataset.count - rows
@@ -117,6 +118,7 @@ def sweep(
                 for part in parts:
                     dataset.write(part.number, part.content)
                     failed += part.failed
+        dataset.settle()
     warn_of_failures(failed, rows)
     return SweepResult(path, dataset.count, rows, failed)
 
