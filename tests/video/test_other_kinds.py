@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -10,12 +11,14 @@ import pytest
 
 from pinchoff.video.background import sample
 from pinchoff.video.choice import choose
-from pinchoff.video.clips import measure_clip
+from pinchoff.video.clips import measure_clip, reason_for_doubt
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import outside_view, seen_part
+from pinchoff.video.scale import clip_of
 from pinchoff.video.settings import VideoSettings
 from pinchoff.video.standing import standing_rows
 
+CLIP = Path(__file__).parents[2] / "examples" / "clip.mp4"
 HEIGHT, WIDTH = 120, 160
 SETTINGS = VideoSettings(pixel_size_um=1.0, fps=100.0)
 ROWS, COLUMNS = np.mgrid[:HEIGHT, :WIDTH].astype(float)
@@ -182,3 +185,13 @@ def test_a_choice_that_is_a_guess_is_said_to_be_one(tmp_path):
     warning = measure_clip(tmp_path, SETTINGS).warning
     assert "is a guess" in warning
     assert "look at a preview" in warning
+
+
+def test_methods_tried_on_other_frames_make_no_choice_a_guess():
+    """Spots are tried on one frame, where there are more droplets than there are on average."""
+    settings = VideoSettings(pixel_size_um=5.28, laboratory={"obstacle_radius_um": 85.0})
+    choice = choose(sample(clip_of(CLIP, settings).frames(sparse=True)), settings)
+    (spots,) = (trial for trial in choice.trials if trial.method == "spots")
+    assert len(spots.found) < len(choice.trial.found)
+    assert spots.quality.droplets > 1.5 * choice.trial.quality.droplets
+    assert reason_for_doubt(choice) == ""

@@ -13,7 +13,6 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import write_text
 
 CHECKSUMS = "_checksums.sha256"
-_DIGITS = 64
 
 
 def record_checksum(folder: Path, name: str, content: bytes) -> None:
@@ -23,12 +22,12 @@ def record_checksum(folder: Path, name: str, content: bytes) -> None:
 
 
 def settle_checksums(folder: Path) -> None:
-    """Leave one line for each file, in the order of names, and none that a kill cut short."""
+    """Leave one line for each file that is there, in the order of names, and no other."""
     found = recorded_checksums(folder)
     if found is None:
         return
-    whole = {name: found[name] for name in sorted(found) if len(found[name]) == _DIGITS}
-    text = "".join(f"{checksum}  {name}\n" for name, checksum in whole.items())
+    names = sorted({path.name for path in folder.iterdir()} & found.keys())
+    text = "".join(f"{found[name]}  {name}\n" for name in names)
     if text != (folder / CHECKSUMS).read_text(encoding="ascii", errors="replace"):
         write_text(folder / CHECKSUMS, text)
 

@@ -148,11 +148,11 @@ def measure_clip(
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
-    warning = "; ".join(filter(None, [*notes, clip.warning, told or _guessed(choice)]))
+    warning = "; ".join(filter(None, [*notes, clip.warning, told or reason_for_doubt(choice)]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
 
 
-def _guessed(choice: Choice) -> str:
+def reason_for_doubt(choice: Choice) -> str:
     """Return that the method is a guess, and why; empty where it is none."""
     seen, scores = choice.trial.quality, choice.scores()
     if seen.persistent < _SELDOM:

@@ -92,13 +92,7 @@ def _enclosed(clip: KnownClip) -> Iterator[Variants]:
         signal = Signal(clip.channel, inverted)
         view = clip.view(signal)
         for window in _odd(clip.shorter / part for part in parts):
-            build = partial(
-                EnclosedSegmenter.learned,
-                signal=signal,
-                window=window,
-                view=view,
-                minimum_area=clip.settings.minimum_area_px,
-            )
+            build = _learning(EnclosedSegmenter, clip, signal, window, view)
             yield [(build, {"channel": clip.channel, "bright_rims": inverted, "window_px": window})]
 
 
@@ -109,15 +103,21 @@ def _spots(clip: KnownClip) -> Iterator[Variants]:
             sort: Variants = []
             signal = Signal(channel, inverted)
             for window in _odd(clip.shorter / part for part in _WIDE):
-                build = partial(
-                    SpotSegmenter.learned,
-                    signal=signal,
-                    window=window,
-                    view=view,
-                    minimum_area=clip.settings.minimum_area_px,
-                )
+                build = _learning(SpotSegmenter, clip, signal, window, view)
                 sort.append((build, {"channel": channel, "bright": inverted, "window_px": window}))
             yield sort
+
+
+def _learning(
+    kind: type[EnclosedSegmenter | SpotSegmenter],
+    clip: KnownClip,
+    signal: Signal,
+    window: int,
+    view: NDArray[np.uint8] | None,
+) -> Callable[[Sequence[Frame]], Segmenter]:
+    """Return what learns such a segmenter from frames of a clip."""
+    least = clip.settings.minimum_area_px
+    return partial(kind.learned, signal=signal, window=window, view=view, minimum_area=least)
 
 
 def _packed(clip: KnownClip) -> Iterator[Variants]:
