@@ -113,6 +113,14 @@ def test_a_cut_file_costs_its_last_frames(tmp_path):
     assert "frame 3" in clip.warning
 
 
+def test_an_absurd_number_of_pictures_is_refused_at_once(tmp_path, refused):
+    path = write_cine(tmp_path / "a.cine")
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<I", data, 20, 2**32 - 1)
+    path.write_bytes(data)
+    assert "4294967295 pictures" in refused(str(path), Clip, path).got
+
+
 def test_colour_goes_through_ffmpeg_at_the_same_rate(tmp_path):
     path: Path = write_cine(tmp_path / "a.cine", 8, compression=2, colours=3)
     clip = Clip(path)

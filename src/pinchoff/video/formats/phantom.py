@@ -7,6 +7,7 @@ and packings are those that Vision Research publishes in "Cine file format".
 from __future__ import annotations
 
 import dataclasses
+import os
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -171,6 +172,8 @@ def _header(file: BinaryIO, path: Path) -> _Header:
         raise _refused(path, "packed to 10 or 12 bits or not at all", f"packing {packing:#x}")
     width, height = abs(width), abs(height)
     checked_size(path, width, height)
+    if at_offsets + 8 * count > file.seek(0, os.SEEK_END):  # before so much memory is asked for
+        raise ValueError(f"a list of {count} pictures, for which it is too short")
     file.seek(at_offsets)
     offsets = struct.unpack(f"<{count}Q", file.read(8 * count))
     grey = not colours & 0xFFFF and (packing != 0 or bits in (8, 16))
