@@ -21,7 +21,7 @@ from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.units import positive_magnitude_of
+from pinchoff.support.units import magnitude_of
 
 _KINDS: dict[str, Callable[..., PillarArray]] = {
     "square": arrays.square,
@@ -59,7 +59,7 @@ def diameter_of_physical(tables: Mapping[str, Mapping[str, Any]]) -> float | Non
         return None
     require_known("physical", tables["physical"], _PHYSICAL)
     try:
-        return positive_magnitude_of("diameter", tables["physical"].get("diameter", ""), "um")
+        return magnitude_of("diameter", tables["physical"].get("diameter", ""), "um", positive=True)
     except InputError as error:
         raise error.within("physical") from None
 
@@ -81,7 +81,7 @@ def in_diameters(place: str, table: Mapping[str, Any], diameter_um: float | None
         if diameter_um is None:
             advice = "write it in D0, or add [physical] with the diameter"
             raise InputError.of(f"{place}.{name}", "a number", value, advice)
-        return positive_magnitude_of(f"{place}.{name}", value, "um") / diameter_um
+        return magnitude_of(f"{place}.{name}", value, "um", positive=True) / diameter_um
 
     return {name: read(name, v) if name in lengths else v for name, v in table.items()}
 

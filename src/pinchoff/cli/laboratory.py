@@ -34,10 +34,10 @@ class LaboratoryOptions:
 
     def values(self) -> dict[str, float]:
         """Return what is given, by the fields of `Laboratory` and in their units."""
-        from pinchoff.support.units import positive_magnitude_of
+        from pinchoff.support.units import magnitude_of
 
         given = {name: text for name, text in vars(self).items() if text is not None}
         return {
-            _FIELDS[name][0]: positive_magnitude_of(flag_of(name), text, _FIELDS[name][1])
+            _FIELDS[name][0]: magnitude_of(flag_of(name), text, _FIELDS[name][1], positive=True)
             for name, text in given.items()
         }
