@@ -19,6 +19,7 @@ from pinchoff.support.numerals import counted
 from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
+    from pinchoff.model.parameters import Parameters
     from pinchoff.studies.boundary.line_fit import LineFit
     from pinchoff.studies.boundary.search import Boundary
 
@@ -105,7 +106,7 @@ def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, 
     return lists
 
 
-def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: int) -> Boundary:
+def _found(base: Parameters, vary: Mapping[str, list[Any]], width: float, scan: int) -> Boundary:
     """Find the boundary; say on stderr what guards stopped."""
     from pinchoff.studies.boundary.search import boundary as find
 

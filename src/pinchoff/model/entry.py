@@ -8,7 +8,6 @@ takes, the columns of tables in which a parameter varies, the axes of sweeps, th
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,12 +16,10 @@ from pydantic import BaseModel, Field
 
 from pinchoff.collisions.schema import Column
 from pinchoff.support.arguments import number_rule
-from pinchoff.support.checked import Explanation
+from pinchoff.support.checked import Explanation, with_parameters
 
 CoreNumber = Callable[[Any], float]
 """What the compiled core takes for a parameter, from all the parameters of a run."""
-
-_DOCSTRING_WIDTH = 92
 
 
 @dataclass(frozen=True)
@@ -206,18 +203,12 @@ def _kind(annotation: object, entry: Entry) -> str:
 
 def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | None:
     """Return a docstring with the entries written out in place of ``**values``."""
-    if docstring is None:  # python -OO
-        return None
-    lines = docstring.splitlines()
-    place = lines.index("    **values")
-    described = [line for name, entry in entries.items() for line in _described(name, entry)]
-    return "\n".join([*lines[:place], *described, *lines[place + 2 :]])
+    return with_parameters(
+        docstring, {f"{name} : {entry.kind}": _described(entry) for name, entry in entries.items()}
+    )
 
 
-def _described(name: str, entry: Entry) -> list[str]:
-    phrase = f"{entry.phrase[0].upper()}{entry.phrase[1:]}"
+def _described(entry: Entry) -> str:
     scope = f" Only with model = '{entry.model}'." if entry.model else ""
-    text = f"{phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip() + scope
-    indent = " " * 8
-    wrapped = textwrap.wrap(text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent)
-    return [f"    {name} : {entry.kind}", *wrapped]
+    text = f"{entry.phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip()
+    return text + scope

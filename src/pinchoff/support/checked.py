@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -43,10 +44,13 @@ class Explanation:
         Completes "<name> must be".
     meaning : str
         What the value is; completes "give".
+    note : str
+        What else the documentation says of it.
     """
 
     rule: str
     meaning: str
+    note: str
 
     @property
     def advice(self) -> str:
@@ -57,7 +61,7 @@ class Explanation:
         """Add to the JSON schema, as pydantic asks of what stands in this place: nothing."""
 
 
-def explained(rule: str, meaning: str, **options: Any) -> Any:
+def explained(rule: str, meaning: str, *, note: str = "", **options: Any) -> Any:
     """Return a pydantic field that carries its rule and meaning into the error message.
 
     Parameters
@@ -66,15 +70,38 @@ def explained(rule: str, meaning: str, **options: Any) -> Any:
         Completes "<name> must be".
     meaning : str
         Completes "give".
+    note : str, optional
+        As of `Explanation`.
     **options
         For `pydantic.Field`: the default and the bounds.
     """
-    return Field(description=meaning, json_schema_extra=Explanation(rule, meaning), **options)
+    entry = Explanation(rule, meaning, note)
+    return Field(description=meaning, json_schema_extra=entry, **options)
 
 
 def number(low: float, high: float, meaning: str, **options: Any) -> Any:
     """Return a pydantic field for a number in [low, high]."""
     return explained(number_rule(low, high), meaning, ge=low, le=high, **options)
+
+
+_DOCSTRING_WIDTH = 92
+
+
+def with_parameters(docstring: str | None, parameters: Mapping[str, str]) -> str | None:
+    """Return a docstring with parameters, ``name : type`` and text, in place of ``**values``."""
+    if docstring is None:  # python -OO
+        return None
+    lines = docstring.splitlines()
+    place = lines.index("    **values")
+    indent = " " * 8
+    written = []
+    for name, text in parameters.items():
+        text = f"{text[0].upper()}{text[1:]}"
+        wrapped = textwrap.wrap(
+            text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent
+        )
+        written += [f"    {name}", *wrapped]
+    return "\n".join([*lines[:place], *written, *lines[place + 2 :]])
 
 
 _PYDANTICS = {*dir(BaseModel)}
