@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from operator import attrgetter
 from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import BeforeValidator, model_validator
@@ -112,8 +113,7 @@ def _require_pillars_apart(device: Device, least: float) -> None:
                 pitch,
                 "raise it, or lower the radius",
             )
-    if device.inlets.post_gap_um < least:
-        _narrow("inlets.post_gap_um", device.inlets.post_gap_um, least)
+    _require_wide(device, "inlets.post_gap_um", least)
     strip = (device.supports.radius_um + least) / FLANK_SHARE
     if device.supports.flank_um < strip:
         raise InputError.of(
@@ -126,18 +126,16 @@ def _require_pillars_apart(device: Device, least: float) -> None:
 
 def _require_channels(device: Device) -> None:
     """Refuse channels and walls that the rules would not pass."""
-    least = device.least_gap_um
-    for name, width in (
-        ("inlets.arm_width_um", device.inlets.arm_width_um),
-        ("junction.water_width_um", device.junction.water_width_um),
-        ("junction.cross_width_um", device.junction.cross_width_um),
-        ("junction.orifice_width_um", device.junction.orifice_width_um),
-        ("junction.channel_width_um", device.junction.channel_width_um),
-        ("oil_inputs.channel_width_um", device.oil_inputs.channel_width_um),
-        ("exit.width_um", device.exit.width_um),
+    for name in (
+        "inlets.arm_width_um",
+        "junction.water_width_um",
+        "junction.cross_width_um",
+        "junction.orifice_width_um",
+        "junction.channel_width_um",
+        "oil_inputs.channel_width_um",
+        "exit.width_um",
     ):
-        if width < least:
-            _narrow(name, width, least)
+        _require_wide(device, name, device.least_gap_um)
     for name, width in (
         ("inlets.wall_um", device.inlets.wall_um),
         ("inlets.post_diameter_um", device.inlets.post_diameter_um),
@@ -150,93 +148,69 @@ def _require_channels(device: Device) -> None:
             raise InputError.of(name, rule, f"{width:g} µm", advice)
 
 
-def _narrow(name: str, width: float, least: float) -> None:
-    raise InputError.of(
-        name,
-        f"at least {least:g}, the narrowest fluid that the rules allow at this thickness",
-        width,
-        "raise it, or change the rules or the thickness",
-    )
+def _require_wide(device: Device, name: str, least: float) -> None:
+    width = attrgetter(name)(device)
+    if width < least:
+        rule = f"at least {least:g}, the narrowest fluid that the rules allow at this thickness"
+        advice = "raise it, or change the rules or the thickness"
+        raise InputError.of(name, rule, width, advice)
 
 
 class _Limit(NamedTuple):
     """What a parameter must be at least or at most for the parts to fit."""
 
     name: str
-    value: float
-    least: float
-    most: float
     why: str
+    least: float = -math.inf
+    most: float = math.inf
 
 
 def _require_chain(device: Device) -> None:
     """Refuse parts that do not join; each limit names its parameter."""
-    for name, value, least, most, why in (*_inlet_limits(device), *_chamber_limits(device)):
+    for name, why, least, most in _limits(device):
+        value = attrgetter(name)(device)
         if not least <= value <= most:
             limit = f"at least {least:g}" if value < least else f"at most {most:g}"
             advice = "raise it" if value < least else "lower it"
             raise InputError.of(name, f"{limit}, {why}", value, f"{advice}, or change the other")
 
 
-def _inlet_limits(device: Device) -> Iterator[_Limit]:
+def _limits(device: Device) -> Iterator[_Limit]:
     inlets, junction, extra = device.inlets, device.junction, device.oil_inputs
+    expansion, imaging = device.expansion, device.imaging
     pitch = inlets.post_diameter_um + inlets.post_gap_um
     yield _Limit(
         "inlets.port_diameter_um",
-        inlets.port_diameter_um,
-        junction.water_width_um + pitch,
-        math.inf,
         "the water channel and a post with its gap",
+        least=junction.water_width_um + pitch,
     )
-    yield _Limit(
-        "inlets.trap_length_um", inlets.trap_length_um, pitch, math.inf, "a post with its gap"
-    )
+    yield _Limit("inlets.trap_length_um", "a post with its gap", least=pitch)
     yield _Limit(
         "inlets.wall_um",
-        inlets.wall_um,
-        (junction.channel_width_um - inlets.port_diameter_um) / 2 + device.expansion.divider_um,
-        math.inf,
         "so that the droplets' channel and its dividers fit between the oil channels",
+        least=(junction.channel_width_um - inlets.port_diameter_um) / 2 + expansion.divider_um,
     )
     yield _Limit(
-        "oil_inputs.channel_width_um",
-        extra.channel_width_um,
-        0.0,
-        extra.port_diameter_um,
-        "the diameter of its port",
+        "oil_inputs.channel_width_um", "the diameter of its port", most=extra.port_diameter_um
     )
-
-
-def _chamber_limits(device: Device) -> Iterator[_Limit]:
-    inlets, junction, extra = device.inlets, device.junction, device.oil_inputs
-    expansion, imaging = device.expansion, device.imaging
     yield _Limit(
-        "junction.channel_width_um",
-        junction.channel_width_um,
-        junction.orifice_width_um,
-        math.inf,
-        "the width of the orifice",
+        "junction.channel_width_um", "the width of the orifice", least=junction.orifice_width_um
     )
+    left = inlets.wall_um + expansion.length_um + expansion.straight_um
     yield _Limit(
         "junction.taper_length_um",
-        junction.taper_length_um,
-        0.0,
-        inlets.wall_um + expansion.length_um + expansion.straight_um - junction.orifice_length_um,
         "what is left from the orifice to the imaging area",
+        most=left - junction.orifice_length_um,
     )
     outer = inlets.port_diameter_um / 2 + 2 * inlets.wall_um + inlets.arm_width_um
     outer += (extra.port_diameter_um + extra.channel_width_um) / 2
     yield _Limit(
         "imaging.rows",
-        imaging.rows,
-        math.ceil(2 * (outer - device.supports.flank_um) / imaging.pitch_um),
-        math.inf,
         "for a chamber, rows * pitch_um and two flanks, that the extra oil inlets can join",
+        least=math.ceil(2 * (outer - device.supports.flank_um) / imaging.pitch_um),
     )
     yield _Limit(
         "exit.width_um",
-        device.exit.width_um,
-        0.0,
-        min(device.width_um, device.exit.port_diameter_um),
         "the chamber's width and the diameter of the outlet",
+        most=min(device.width_um, device.exit.port_diameter_um),
     )
