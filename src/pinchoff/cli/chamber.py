@@ -12,7 +12,8 @@ from pinchoff.cli.folders import Results, remove_results
 from pinchoff.cli.options import argument, flag_of, grouped, named_as_options, option, switch
 from pinchoff.cli.output import bar, print_table, warn
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml
+from pinchoff.support.files import put_in_table, read_toml
+from pinchoff.support.quantities import physical_magnitude
 from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
@@ -125,12 +126,11 @@ def _design(
 ) -> Chamber:
     """Return the device of a file; the command line overrides it."""
     from pinchoff.chamber import Chamber
-    from pinchoff.support.quantities import physical_magnitude
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
     given = read_values("--set", settings, "imaging.pitch_um=800")
     for key, value in given.items():
-        _place(table, key, value)
+        put_in_table(table, key, value)
     for name, text in quantities.items():
         if text is None:
             continue
@@ -138,22 +138,10 @@ def _design(
         if key in given:
             raise InputError.of(f"--set {key}", "given once", text, f"drop it or {flag}")
         with named_as_options(name):
-            _place(table, key, physical_magnitude(name, text))
+            put_in_table(table, key, physical_magnitude(name, text))
     if warn:
-        _place(table, "rules.on_violation", "warn")
+        put_in_table(table, "rules.on_violation", "warn")
     return Chamber(**table)
-
-
-def _place(table: dict[str, Any], key: str, value: Any) -> None:
-    """Put a value where its dotted key says, leaving other values of the part alone."""
-    part, dot, name = key.partition(".")
-    if not dot:
-        table[part] = value
-        return
-    inside = table.setdefault(part, {})
-    if not isinstance(inside, dict):
-        raise InputError.of(part, "a table", inside, f"write it as [{part}]")
-    inside[name] = value
 
 
 def _report_violations(design: Chamber, violations: list[Violation], folder: Path) -> None:
