@@ -66,6 +66,7 @@ def test_help_fits_a_terminal_and_can_be_pasted(command):
     text = inspect.cleandoc(COMMANDS[command].callback.__doc__)
     assert max(map(len, text.splitlines())) <= 77
     examples = text.partition("[bold]Example")[2].partition("[/bold]")[2].split("\n\n")
+    assert examples[0] or examples[1:]
     for example in filter(None, map(str.strip, examples)):
         *lines, last = example.splitlines()
         assert example.startswith("pinchoff ")

@@ -50,13 +50,7 @@ class PeriodicMesh(TriangleMesh):
 
 
 def build_cell_mesh(array: PillarArray, elements: float) -> PeriodicMesh:
-    """Return a mesh of an array's cell.
-
-    Parameters
-    ----------
-    array : PillarArray
-    elements : float
-        How many elements span a gap between neighbouring pillars.
+    """Return a mesh of an array's cell, with so many elements across a gap between pillars.
 
     Raises
     ------

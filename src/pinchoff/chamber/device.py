@@ -41,14 +41,7 @@ def _default(model: type[Checked], meaning: str) -> Any:
 
 
 class Device(Checked):
-    """The parameters of a device, from which its geometry follows; `Chamber` has both.
-
-    Attributes
-    ----------
-    thickness_um, inlets, junction, oil_inputs, expansion, supports, imaging, exit, mask, rules, \
-    operation
-        As the parameters of `pinchoff.chamber.Chamber`.
-    """
+    """The parameters of `pinchoff.chamber.Chamber`, without the geometry that follows from them."""
 
     thickness_um: Number = number(1, 2000, "z in µm", default=THICKNESS_UM)
     inlets: Annotated[Inlets, _part(Inlets)] = _default(Inlets, "the inlets' parameters")

@@ -52,13 +52,8 @@ class SweepRun:
 def sweep_runs(config: Mapping[str, Any], beside: Path | None = None) -> list[SweepRun]:
     """Return the runs of a file with a table ``sweep``, all of them checked.
 
-    Parameters
-    ----------
-    config : mapping
-        Of `EmulsionDesign.from_config`, and ``sweep``: for each key of the file that is varied,
-        such as ``"array.gap"``, a list of values.
-    beside : Path, optional
-        The folder of the files that it names.
+    The file is as of `EmulsionDesign.from_config`; ``sweep`` holds for each key of it that is
+    varied, such as ``"array.gap"``, a list of values.
 
     Raises
     ------
@@ -113,13 +108,6 @@ def run_on_cluster(
 
     The files are those that the run gives on threads. A run that was begun in its folder is left
     to be gone on with there. Workers need no common disk.
-
-    Parameters
-    ----------
-    runs : sequence of SweepRun
-    folder : Path
-        Of the sweep.
-    client : distributed.Client
 
     Raises
     ------

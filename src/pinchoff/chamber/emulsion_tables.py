@@ -122,6 +122,22 @@ def read_array(table: Mapping[str, Any], beside: Path, diameter_um: float | None
     return PillarArray(moved, array.length + sum(margins), array.width)
 
 
+def read_flow(table: Mapping[str, Any]) -> tuple[float, dict[str, float]]:
+    """Return z of [flow], D0, and what drives the flow, an argument of `array_flow`."""
+    require_known("flow", table, ("thickness", "mean_speed", "pressure_gradient"))
+    if "thickness" not in table:
+        advice = "give z in D0, or inf for the plane Stokes flow"
+        raise InputError.of("flow.thickness", "given", "nothing", advice)
+    if {"mean_speed", "pressure_gradient"} <= table.keys():
+        got = "both it and pressure_gradient"
+        raise InputError.of("flow.mean_speed", "alone", got, "leave one of them out")
+    for name, value in table.items():
+        if not (name == "thickness" and value == math.inf):
+            checked_positive(f"flow.{name}", value, "see the how-to about arrays")
+    drive = {name: float(value) for name, value in table.items() if name != "thickness"}
+    return float(table["thickness"]), drive
+
+
 def _imaging(path: Path | None, diameter_um: float | None) -> PillarArray:
     """Return the imaging area of a device, the paper's or that of a file, in D0."""
     from pinchoff.chamber.design import Chamber

@@ -9,57 +9,18 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
-from pydantic.fields import FieldInfo
-
 from pinchoff.support import paper_constants as paper
-from pinchoff.support.checked import (
-    Checked,
-    Explanation,
-    Number,
-    WholeNumber,
-    explained,
-    number,
-    with_parameters,
-)
+from pinchoff.support.checked import Documented, Number, WholeNumber, explained, number
 
 FLANK_SHARE = 0.33
 """Where in a flank its structural pillars stand, as a part of its width from the imaging area."""
-
-
-_PARAMETERS = """
-
-    Parameters
-    ----------
-    **values
-        Each as its entry says.
-    """
-
-
-class Part(Checked):
-    """The parameters of a part of the device; its docstring lists them as their entries say."""
-
-    @classmethod
-    def __pydantic_init_subclass__(cls, **options: Any) -> None:
-        """Write the entries into the docstring."""
-        super().__pydantic_init_subclass__(**options)
-        entries = dict(map(_described, cls.model_fields.items()))
-        cls.__doc__ = with_parameters(cls.__doc__ and cls.__doc__ + _PARAMETERS, entries)
-
-
-def _described(field: tuple[str, FieldInfo]) -> tuple[str, str]:
-    name, info = field
-    entry = info.json_schema_extra
-    assert isinstance(entry, Explanation)
-    kind = "str" if isinstance(info.default, str | None) else type(info.default).__name__
-    text = f"{entry.meaning}: {entry.rule}, by default {info.default}. {entry.note}".rstrip()
-    return f"{name} : {kind}", text
 
 
 def _length(default: float, meaning: str, low: float = 1.0, high: float = 50_000.0) -> Any:
     return number(low, high, f"{meaning} in µm", default=default)
 
 
-class Inlets(Part):
+class Inlets(Documented):
     """Region 1: the ports of oil and water, each with posts that catch debris."""
 
     port_diameter_um: Number = _length(1200.0, "the diameter of the punched holes")
@@ -70,7 +31,7 @@ class Inlets(Part):
     wall_um: Number = _length(400.0, "the wall between two channels")
 
 
-class Junction(Part):
+class Junction(Documented):
     """Region 2: where the oil pinches droplets off the water, and the droplets' channel."""
 
     water_width_um: Number = _length(100.0, "the width of the water channel")
@@ -81,14 +42,14 @@ class Junction(Part):
     taper_length_um: Number = _length(400.0, "the length from orifice to channel")
 
 
-class OilInputs(Part):
+class OilInputs(Documented):
     """Region 3: two more oil inlets beside the expansion, which make collisions asymmetric."""
 
     port_diameter_um: Number = _length(1200.0, "the diameter of the punched holes")
     channel_width_um: Number = _length(300.0, "the width of the channel")
 
 
-class Expansion(Part):
+class Expansion(Documented):
     """Region 4: the side channels widen, before the droplets' channel joins them."""
 
     length_um: Number = _length(2000.0, "the length along which the side channels widen")
@@ -96,7 +57,7 @@ class Expansion(Part):
     divider_um: Number = _length(200.0, "the wall between the droplets' channel and a side channel")
 
 
-class Supports(Part):
+class Supports(Documented):
     """Region 5: structural pillars that keep the chamber from collapsing and the flow even."""
 
     radius_um: Number = _length(200.0, "the radius of a structural pillar")
@@ -104,7 +65,7 @@ class Supports(Part):
     flank_um: Number = _length(1000.0, "the width of the strip beside the imaging area")
 
 
-class Imaging(Part):
+class Imaging(Documented):
     """Region 6: the obstacles that droplets collide with, on a lattice."""
 
     obstacle_radius_um: Number = _length(paper.OBSTACLE_RADIUS_UM, "the obstacles' radius R")
@@ -120,7 +81,7 @@ class Imaging(Part):
     )
 
 
-class Exit(Part):
+class Exit(Documented):
     """Region 7: the walls converge, obstacles go on, and the outlet."""
 
     length_um: Number = _length(
@@ -130,7 +91,7 @@ class Exit(Part):
     port_diameter_um: Number = _length(1500.0, "the diameter of the punched hole")
 
 
-class Mask(Part):
+class Mask(Documented):
     """The photomask, and how curves are drawn on it."""
 
     polarity: Literal["dark-field", "bright-field"] = explained(
@@ -156,7 +117,7 @@ class Mask(Part):
     )
 
 
-class DesignRules(Part):
+class DesignRules(Documented):
     """What photomask, SU-8 and PDMS can hold."""
 
     least_gap_um: Number = _length(15.0, "the narrowest fluid that the photomask resolves", low=0.1)
@@ -172,7 +133,7 @@ class DesignRules(Part):
     )
 
 
-class Operation(Part):
+class Operation(Documented):
     """How the device is run, for the flow check."""
 
     oil_rate_uL_min: Number = number(  # noqa: N815

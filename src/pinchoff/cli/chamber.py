@@ -41,10 +41,6 @@ _RATE_COLUMNS = {
     "reynolds_number": "Re",
     "pressure_drop_Pa": "pressure (Pa)",
 }
-_QUANTITIES = {  # the key of each quantity that has an option of its own
-    "obstacle_radius": "imaging.obstacle_radius_um",
-    "thickness": "thickness_um",
-}
 
 
 @grouped(out="chamber")
@@ -106,7 +102,7 @@ def chamber(
 
     pinchoff chamber examples/chamber.toml --flow --out dense
     """
-    quantities = {"obstacle_radius": obstacle_radius, "thickness": thickness}
+    quantities = {"imaging.obstacle_radius_um": obstacle_radius, "thickness_um": thickness}
     design = _design(config, quantities, settings or [], warn)
     from pinchoff import chamber as po_chamber
 
@@ -124,19 +120,20 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file; the command line overrides it."""
+    """Return the device of a file; the command line, quantities by their keys, overrides it."""
     from pinchoff.chamber import Chamber
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
     given = read_values("--set", settings, "imaging.pitch_um=800")
     for key, value in given.items():
         put_in_table(table, key, value)
-    for name, text in quantities.items():
+    for key, text in quantities.items():
         if text is None:
             continue
-        key, flag = _QUANTITIES[name], flag_of(name)
+        name = key.removeprefix("imaging.").removesuffix("_um")
         if key in given:
-            raise InputError.of(f"--set {key}", "given once", text, f"drop it or {flag}")
+            advice = f"drop it or {flag_of(name)}"
+            raise InputError.of(f"--set {key}", "given once", text, advice)
         with named_as_options(name):
             put_in_table(table, key, physical_magnitude(name, text))
     if warn:

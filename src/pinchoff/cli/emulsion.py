@@ -97,7 +97,8 @@ def emulsion(
             results.announce(report, lambda: None, [folder / PAGE, folder / SWEEP])
             return
         made = _make(designs[0], folder, workers, movie)
-        _warn(made.study)
+        for remark in made.study.remarks:
+            warn(remark)
         results.announce(made.report, lambda: _print(made), made.files)
 
 
@@ -192,8 +193,9 @@ def _write(
         page.paragraph(NO_PAGE)
     page.write(folder / PAGE)
     report = _report(study, run)
-    report["trust"] = jsonable(vars(trust)) if trust else None
-    report["isolated"] = None if isolated is None else jsonable(isolated.to_dict("list"))
+    report["trust"] = vars(trust) if trust else None
+    report["isolated"] = None if isolated is None else isolated.to_dict("list")
+    report = jsonable(report)
     write_json(folder / RESULTS, report)
     return files, report
 
@@ -215,36 +217,22 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path) -> None:
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    numbers = {name: getattr(study, name)._asdict() for name in _MEASURED}
-    report: dict[str, Any] = jsonable(
-        {
-            **numbers,
-            "rates": {kind: rate._asdict() for kind, rate in study.rates.items()},
-            "steady": study.steady,
-            "remarks": study.remarks,
-            "correlation_time": study.correlation_time,
-            "residence_time": study.residence_time,
-            "time": run.time,
-            "balance": run.balance,
-            "stopped": run.stopped,
-            "guard_report": run.guard_report,
-            "retired_share": run.retired_share,
-        }
-    )
+    report: dict[str, Any] = {name: getattr(study, name)._asdict() for name in _MEASURED}
+    report["rates"] = {kind: rate._asdict() for kind, rate in study.rates.items()}
+    for name in ("steady", "remarks", "correlation_time", "residence_time"):
+        report[name] = getattr(study, name)
+    for name in ("time", "balance", "stopped", "guard_report", "retired_share"):
+        report[name] = getattr(run, name)
     return report
-
-
-def _warn(study: SizeStudy) -> None:
-    for remark in study.remarks:
-        warn(remark)
 
 
 def _print(made: _Made) -> None:
     study, run = made.study, made.run
-    rows = [("mean diameter", str(study.mean_diameter), "D0")]
-    rows.append(("weighted by area", str(study.weighted_diameter), "D0"))
-    rows += [
-        (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
+    rates = {kind: rate for kind, rate in study.rates.items() if rate.value > 0}
+    rows = [
+        ("mean diameter", str(study.mean_diameter), "D0"),
+        ("weighted by area", str(study.weighted_diameter), "D0"),
+        *((f"rate: {kind}", str(rate), "1/t0") for kind, rate in rates.items()),
     ]
     if run.balance["retired"]:
         gone = f"{counted(int(run.balance['retired']), 'droplet')}, {100 * run.retired_share:.2g} %"

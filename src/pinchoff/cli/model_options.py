@@ -93,10 +93,10 @@ def changed(
     the names of the library; `assignments` stand behind --set. A refusal names the option.
     """
     assigned = read_values("--set", assignments, "line_tension=60")
-    for name in options.keys() & assigned.keys():
-        raise InputError.of(
-            f"--set {name}", "given once", assigned[name], f"drop it or {flag_of(name)}"
-        )
+    for name in options:
+        if name in assigned:
+            advice = f"drop it or {flag_of(name)}"
+            raise InputError.of(f"--set {name}", "given once", assigned[name], advice)
     changes = {**assigned, **options}
     _require_one_description(base, changes, physical)
     try:
@@ -127,13 +127,11 @@ def _require_one_description(
         )
     if base.scale is None and not physical:
         return
-    for name in GROUP_ORIGINS.keys() & changes.keys():
-        raise InputError.of(
-            flag_of(name),
-            "left out beside physical quantities, from which it follows",
-            str(changes[name]),
-            f"change {_as_options(GROUP_ORIGINS[name])}",
-        )
+    for name, origins in GROUP_ORIGINS.items():
+        if name in changes:
+            rule = "left out beside physical quantities, from which it follows"
+            advice = f"change {_as_options(origins)}"
+            raise InputError.of(flag_of(name), rule, str(changes[name]), advice)
 
 
 def _physical(

@@ -122,11 +122,7 @@ def find_columns(
 ) -> dict[str, Place]:
     """Find the column of every quantity and word that a table has.
 
-    Parameters
-    ----------
-    frame : DataFrame
-    columns, units : mapping of str to str
-        As of `pinchoff.import_collisions`.
+    `columns` and `units` are as of `pinchoff.import_collisions`.
 
     Raises
     ------

@@ -174,17 +174,8 @@ def units() -> dict[str, str]:
 def table(parts: Sequence[Mapping[str, NDArray[Any]]], more: Sequence[Column] = ()) -> pd.DataFrame:
     """Join columns, given in parts, to a table with the units in ``attrs["units"]``.
 
-    Parameters
-    ----------
-    parts : sequence of mapping of str to ndarray, shape (rows of the part,)
-        Every part holds every column of `COLUMNS` and of `more`.
-    more : sequence of Column, optional
-        Further columns, which stand behind these.
-
-    Returns
-    -------
-    DataFrame
-        The rows of the parts in their order; no rows without parts.
+    Every part holds arrays, shape (rows of the part,), of all `COLUMNS` and of `more`, which stand
+    behind these. No rows without parts.
     """
     joined = {
         column.name: np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)

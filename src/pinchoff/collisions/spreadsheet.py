@@ -35,13 +35,8 @@ MOST_CELLS = 5_000_000
 def read_spreadsheet(source: Path, sheet: str | None, header_row: int | None) -> pd.DataFrame:
     """Read a sheet, with the units of a row below the header in ``attrs["unit_row"]``.
 
-    Parameters
-    ----------
-    source : path
-    sheet : str or None
-        Its name; by default the first that holds a table.
-    header_row : int or None
-        The row that names the columns, from 1; by default it is found out.
+    By default it is the first sheet that holds a table, and the row that names its columns, counted
+    from 1, is found out.
 
     Raises
     ------

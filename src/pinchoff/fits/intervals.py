@@ -50,9 +50,9 @@ def scaled_errors(form: Form, best: Maximum) -> dict[str, float]:
 def delta_intervals(form: Form, best: Maximum, confidence: float) -> dict[str, Estimate]:
     """Carry the covariance of the coefficients over to the numbers of the law, to first order."""
     reach = normal_quantile(confidence)
-    errors = scaled_errors(form, best)
+    errors = {name: reach * error for name, error in scaled_errors(form, best).items()}
     return {
-        name: _estimate(name, value, reach * errors[name], reach * errors[name], DELTA)
+        name: _estimate(name, value, errors[name], errors[name], DELTA)
         for name, value in form.scaled(best.coefficients).items()
     }
 
@@ -70,21 +70,10 @@ def profile_intervals(
     """Return where the likelihood, at its greatest over all other numbers, is not too small.
 
     Twice the difference of the log-likelihoods is at most the quantile of χ² with one degree of
-    freedom.
-
-    Parameters
-    ----------
-    form : Form
-    likelihood : Likelihood
-    best : Maximum
-        Where it is greatest, or where a search for that gave up.
-    values, steps : dict of str to float
-        Where to begin, on the scale of `Form.scaled`, and a first guess of the standard error.
-    confidence : float
-    held : sequence of equations, optional
-        What holds of the coefficients throughout.
-    narrowest : float, optional
-        The least w that the likelihood resolves; an interval that goes on below ends at 0.
+    freedom. The search begins at `values`, on the scale of `Form.scaled`, with `steps` as a first
+    guess of the standard errors; `best` is where the likelihood is greatest, or where a search for
+    that gave up. `held` holds of the coefficients throughout. `narrowest` is the least w that the
+    likelihood resolves; an interval that goes on below ends at 0.
     """
     reach = normal_quantile(confidence)
     found = {}
@@ -156,15 +145,7 @@ def upper_bound_of_width(
     """Return the largest w that the collisions allow, for fits that give w = 0.
 
     One-sided: the deviance is at most the square of the normal quantile of `confidence`. At least
-    `guess`.
-
-    Parameters
-    ----------
-    form, likelihood, best
-        As of `profile_intervals`.
-    guess : float
-        Of ln w.
-    confidence : float
+    exp(guess).
     """
     from scipy.optimize import brentq
 
@@ -218,29 +199,8 @@ def bootstrap(
     """Fit random parts of n collisions, each drawn without replacement.
 
     The variance of fits to m of n collisions about the fit to all is (n - m)/m times that of the
-    fit to all: for half of them, the paper's choice, the two are equal.
-
-    Parameters
-    ----------
-    form : Form
-    likelihood : Likelihood
-    best : Maximum
-    count : int
-        Collisions, n.
-    samples : int
-        Parts.
-    fraction : float
-        Of the collisions that are in a part, m/n.
-    seed : int
-        The same seed gives the same parts.
-    confidence : float
-    show : callable, optional
-        Moves a progress bar.
-
-    Raises
-    ------
-    InputError
-        An argument is wrong, or more than half of the parts have no fit.
+    fit to all: for half of them, the paper's choice, the two are equal. Here n is `count`, and m/n
+    the `fraction`. Refused if more than half of the parts have no fit.
     """
     require_parts(samples, fraction, count)
     generator = np.random.default_rng(seed)

@@ -175,6 +175,39 @@ class Checked(BaseModel):
         return self.replace(**(update or {}))
 
 
+_PARAMETERS = """
+
+    Parameters
+    ----------
+    **values
+        Each as its entry says.
+    """
+
+
+class Documented(Checked):
+    """A model whose docstring lists its parameters as their entries in the class body say."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Write the entries in place of ``**values``, or behind the docstring."""
+        super().__pydantic_init_subclass__(**options)
+        text = cls.__doc__
+        if text is not None and "**values" not in text:
+            text += _PARAMETERS
+        entries = dict(map(_described, cls.model_fields.items()))
+        cls.__doc__ = with_parameters(text, entries)
+
+
+def _described(parameter: tuple[str, FieldInfo]) -> tuple[str, str]:
+    name, field = parameter
+    entry = field.json_schema_extra
+    assert isinstance(entry, Explanation)
+    kinds: dict[Any, str] = {float: "float", int: "int", bool: "bool"}
+    default = "" if field.is_required() else f", by default {field.default}"
+    text = f"{entry.meaning}: {entry.rule}{default}. {entry.note}".rstrip()
+    return f"{name} : {kinds.get(field.annotation, 'str')}", text
+
+
 def _shown(field: FieldInfo) -> Any:
     """Return the default that a signature shows: None where it follows from other values."""
     if field.is_required():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pinchoff.support.checked import Checked, Number, explained, unknown_name
+from pinchoff.support.checked import Documented, Number, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM, MEDIAN_DIAMETER_UM, OBSTACLE_RADIUS_UM
 from pinchoff.support.units import magnitude_of
@@ -65,23 +65,13 @@ def _positive(meaning: str) -> Any:
     return explained("a positive, finite number", meaning, gt=0.0)
 
 
-class PhysicalScale(Checked):
+class PhysicalScale(Documented):
     """The experiment that dimensionless parameters stand for.
 
     Parameters
     ----------
-    diameter_um : float
-        D0, the undeformed droplet's diameter, µm.
-    speed_mm_s : float
-        v_f∞, the fluid's speed, mm/s.
-    obstacle_radius_um : float
-        R, µm.
-    thickness_um : float
-        z, the chamber's thickness, µm.
-    viscosity_mPa_s : float
-        μ, the fluid's dynamic viscosity, mPa s.
-    surface_tension_mN_m : float
-        γ, mN/m.
+    **values
+        Each as its entry says.
 
     Raises
     ------
