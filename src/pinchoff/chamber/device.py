@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from operator import attrgetter
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from pinchoff.chamber.parts import (
     FLANK_SHARE,
@@ -27,16 +27,8 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import THICKNESS_UM
 
 
-def _part(model: type[Checked]) -> Any:
-    """Return a field for the parameters of a part; a table is checked as the part's own."""
-
-    def read(value: object) -> object:
-        return model(**value) if isinstance(value, Mapping) else value
-
-    return BeforeValidator(read)
-
-
-def _default(model: type[Checked], meaning: str) -> Any:
+def _part(model: type[Checked], meaning: str) -> Any:
+    """Return a field for a part; `Device` reads it from a table too."""
     return explained(f"a table of {model.__name__}", meaning, default_factory=model)
 
 
@@ -44,22 +36,25 @@ class Device(Checked):
     """The parameters of `pinchoff.chamber.Chamber`, without the geometry that follows from them."""
 
     thickness_um: Number = number(1, 2000, "z in µm", default=THICKNESS_UM)
-    inlets: Annotated[Inlets, _part(Inlets)] = _default(Inlets, "the inlets' parameters")
-    junction: Annotated[Junction, _part(Junction)] = _default(Junction, "the junction's parameters")
-    oil_inputs: Annotated[OilInputs, _part(OilInputs)] = _default(
-        OilInputs, "the extra oil inlets' parameters"
-    )
-    expansion: Annotated[Expansion, _part(Expansion)] = _default(
-        Expansion, "the expansion's parameters"
-    )
-    supports: Annotated[Supports, _part(Supports)] = _default(
-        Supports, "the structural pillars' parameters"
-    )
-    imaging: Annotated[Imaging, _part(Imaging)] = _default(Imaging, "the imaging area's parameters")
-    exit: Annotated[Exit, _part(Exit)] = _default(Exit, "the exit's parameters")
-    mask: Annotated[Mask, _part(Mask)] = _default(Mask, "the photomask's parameters")
-    rules: Annotated[DesignRules, _part(DesignRules)] = _default(DesignRules, "the design rules")
-    operation: Annotated[Operation, _part(Operation)] = _default(Operation, "how the device is run")
+    inlets: Inlets = _part(Inlets, "the inlets' parameters")
+    junction: Junction = _part(Junction, "the junction's parameters")
+    oil_inputs: OilInputs = _part(OilInputs, "the extra oil inlets' parameters")
+    expansion: Expansion = _part(Expansion, "the expansion's parameters")
+    supports: Supports = _part(Supports, "the structural pillars' parameters")
+    imaging: Imaging = _part(Imaging, "the imaging area's parameters")
+    exit: Exit = _part(Exit, "the exit's parameters")
+    mask: Mask = _part(Mask, "the photomask's parameters")
+    rules: DesignRules = _part(DesignRules, "the design rules")
+    operation: Operation = _part(Operation, "how the device is run")
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _read(cls, value: object, about: ValidationInfo) -> object:
+        """Check a table as the constructor of its part does, whose refusals name the key."""
+        part = cls.model_fields[about.field_name or ""].annotation
+        if isinstance(value, Mapping) and isinstance(part, type) and issubclass(part, Checked):
+            return part(**value)
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:

@@ -28,6 +28,7 @@ from pinchoff.chamber.emulsion_tables import (
     require_known,
     table_of,
 )
+from pinchoff.chamber.emulsion_trust import Trust, measure_trust
 from pinchoff.model.arrays import Floats, PillarArray
 from pinchoff.model.emulsion import simulate_emulsion
 from pinchoff.model.emulsion_scene import WINDOW, Coalescence, Inlet, checked_on_guard
@@ -270,6 +271,14 @@ class EmulsionDesign:
         return isolated_pillar(
             self.parameters, float(radii[0]), self.thickness, diameters, speed, threads
         )
+
+    def trust(self, run: Emulsion, flow: ArrayFlow, begin: float) -> Trust | None:
+        """Return how far a run can be trusted from a time on; None where outlines are not kept."""
+        if not self.settings["outlines"]:
+            return None
+        spacing = math.pi / run.parameters.vertex_count
+        sampled = flow.sampled(pad=_PAD)
+        return measure_trust(run.outline_pieces(), self.array, sampled, begin, spacing)
 
     def study(self, run: Emulsion, flow: ArrayFlow) -> SizeStudy:
         """Return the sizes and rates of a run.

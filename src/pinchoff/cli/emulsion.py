@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -123,11 +122,12 @@ def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool
     with bar("flow", unit="iterations") as show:
         flow = design.flow(show)
     run = design.run(flow, folder, threads=workers, progress=sys.stderr.isatty())
-    files, report = _write(design, flow, run, folder, workers)
+    study = design.study(run, flow)
+    files, report = _write(design, flow, run, study, folder, workers)
     if movie:
         _write_movie(design, run, folder)
         files.append(folder / MOVIE)
-    return _Made(run, design.study(run, flow), report, files)
+    return _Made(run, study, report, files)
 
 
 def _sweep(
@@ -159,10 +159,14 @@ def _sweep(
 
 
 def _write(
-    design: EmulsionDesign, flow: ArrayFlow, run: Emulsion, folder: Path, workers: int | None
+    design: EmulsionDesign,
+    flow: ArrayFlow,
+    run: Emulsion,
+    study: SizeStudy,
+    folder: Path,
+    workers: int | None,
 ) -> tuple[list[Path], dict[str, Any]]:
     """Write the page, that to explore the contacts, and the tables; return the report too."""
-    from pinchoff.chamber.emulsion_trust import measure_trust
     from pinchoff.collisions.parquet import write_collisions, write_table
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
@@ -170,12 +174,7 @@ def _write(
     from pinchoff.studies.contact_table import contact_table
     from pinchoff.studies.emulsion_contacts import contact_outcomes
 
-    study = design.study(run, flow)
-    trust = None
-    if design.settings["outlines"]:
-        spacing = math.pi / run.parameters.vertex_count
-        sampled = flow.sampled(pad=2.0)
-        trust = measure_trust(run.outline_pieces(), design.array, sampled, study.start, spacing)
+    trust = design.trust(run, flow, study.start)
     array, events = design.array, run.events
     contacts = contact_outcomes(events, array.circles, run.parameters, run.time, array.width)
     isolated = design.isolated(contacts, flow, workers)
