@@ -147,6 +147,7 @@ def test_results_are_kept_unless_overwritten(small, tmp_path, capsys, refusal):
         ("imaging", ["--set", "imaging=3", "--set", "imaging.rows=3"]),
         ("imaging.row", ["--set", "imaging.row=3"]),
         ("imagin", ["--set", "imagin.rows=3"]),
+        ("mask.", ["--set", "mask.=3"]),
         ("imaging.pitch_um", ["--set", "imaging.pitch_um=160"]),
         ("imaging.pitch_um", ["--obstacle-radius", "500 um"]),
         ("nowhere.toml", ["nowhere.toml"]),

@@ -81,15 +81,6 @@ class TriangleMesh:
         a, b, c = (self.points[self.triangles[:, k]] for k in range(3))
         return 0.5 * _cross(b - a, c - a)
 
-    def least_angles(self) -> Floats:
-        """Return the smallest angle of each triangle, degrees."""
-        corners = [self.points[self.triangles[:, k]] for k in range(3)]
-        angles = []
-        for k in range(3):
-            a, b = corners[k - 1] - corners[k], corners[k - 2] - corners[k]
-            angles.append(np.arctan2(np.abs(_cross(a, b)), np.sum(a * b, axis=1)))
-        return np.asarray(np.degrees(np.min(angles, axis=0)))
-
 
 def wall_size(gap_um: float, elements: float, growth: float = GROWTH) -> float:
     """Return the size at the walls with which so many elements span a gap.

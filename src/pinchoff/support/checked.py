@@ -222,7 +222,7 @@ def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:
     cause = finding.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         return cause.within(name) if name else cause
-    if not name:
+    if not finding["loc"]:
         advice = "give it as keywords"
         return InputError.of(model.__name__, "a table of values", finding["input"], advice)
     field = model.model_fields.get(name)
