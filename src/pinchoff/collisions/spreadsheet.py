@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 import zipfile
-from collections.abc import Iterable
 from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -149,22 +148,15 @@ def _frame(rows: list[Row], start: int, *, announced: bool) -> pd.DataFrame:
     if announced:
         announce_header(start + 1, units is not None, above=any(map(_filled, rows[:start])))
     body = below[1:] if units else below
-    columns = _columns(body, width)
-    series = map(pd.Series, columns)
-    frame = pd.DataFrame(dict(zip(names, series, strict=True)))
+    cells = [
+        [None if is_empty(cell) else cell for cell, _ in zip_longest(row[:width], names)]
+        for row in body
+        if _filled(row)
+    ]
+    frame = pd.DataFrame(cells, columns=names)
     frame.attrs["unit_row"] = units or {}
     return frame
 
 
 def _filled(row: Row) -> bool:
     return not all(map(is_empty, row))
-
-
-def _columns(rows: Iterable[Row], width: int) -> list[list[Any]]:
-    columns: list[list[Any]] = [[] for _ in range(width)]
-    for row in rows:
-        if _filled(row):
-            for k, column in enumerate(columns):
-                cell = row[k] if k < len(row) else None
-                column.append(None if is_empty(cell) else cell)
-    return columns
