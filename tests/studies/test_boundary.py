@@ -334,7 +334,8 @@ def test_a_run_that_has_not_arrived_in_time_says_nothing():
 
 
 def test_failures_are_listed_with_their_place_and_warned_of():
-    with pytest.warns(RuntimeWarning, match=r"of \d+ runs have no outcome"):
+    words = r"of \d+ runs of point 0 have no outcome, at offsets from 0"
+    with pytest.warns(RuntimeWarning, match=words):
         line = po.boundary(po.Parameters(area_stiffness=1), scan=4)
     assert line.table["status"].tolist() == ["unresolved"]
     failures = line.failures

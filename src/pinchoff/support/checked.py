@@ -62,19 +62,7 @@ class Explanation:
 
 
 def explained(rule: str, meaning: str, *, note: str = "", **options: Any) -> Any:
-    """Return a pydantic field that carries its rule and meaning into the error message.
-
-    Parameters
-    ----------
-    rule : str
-        Completes "<name> must be".
-    meaning : str
-        Completes "give".
-    note : str, optional
-        As of `Explanation`.
-    **options
-        For `pydantic.Field`: the default and the bounds.
-    """
+    """Return a pydantic field, with its `Explanation`; options are those of `pydantic.Field`."""
     entry = Explanation(rule, meaning, note)
     return Field(description=meaning, json_schema_extra=entry, **options)
 

@@ -185,20 +185,10 @@ GROUP_ORIGINS = {
 def physical_groups(
     quantities: Mapping[str, Physical | None], *, thickness_acts: bool = False
 ) -> dict[str, Any]:
-    """Read physical quantities with their units, and return what follows from them.
+    """Read the `PHYSICAL_NAMES` with their units, and return what follows from them.
 
-    Parameters
-    ----------
-    quantities : mapping of str to str or pint.Quantity
-        The `PHYSICAL_NAMES`; ``offset`` may be missing.
-    thickness_acts : bool, optional
-        Whether the chamber's thickness is in the model; else one that is not R is warned of.
-
-    Returns
-    -------
-    dict
-        ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
-        ``offset`` (D0).
+    That is ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
+    ``offset`` (D0). A chamber whose thickness is not R is warned of, unless the thickness acts.
 
     Raises
     ------

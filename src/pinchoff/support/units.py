@@ -38,18 +38,9 @@ _POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 def magnitude_of(
     name: str, value: object, unit: str, *, example: str = "", positive: bool = False
 ) -> float:
-    """Read a quantity and return its number in one of `KINDS`' units.
+    """Read a text or a pint.Quantity and return its number in one of `KINDS`' units.
 
-    Parameters
-    ----------
-    name : str
-        What the user calls it.
-    value : str or pint.Quantity
-    unit : str
-    example : str, optional
-        For the error; by default that of the unit.
-    positive : bool, optional
-        Whether it must be above 0.
+    The example is for the error; by default it is that of the unit.
 
     Raises
     ------

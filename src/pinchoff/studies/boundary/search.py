@@ -217,7 +217,7 @@ def boundary(
         brackets = run_searches(searches, runner)
     runs = runner.table()
     found = Boundary(boundary_table(points, varied, brackets, runs), runs, base, varied)
-    _warn_of_failures(len(found.failures), len(runs))
+    _warn_of_failures(found)
     return found
 
 
@@ -327,11 +327,14 @@ def _reach(point: Parameters) -> float:
     return _WIDENING * touching * forward(touching) / forward(point.start_distance)
 
 
-def _warn_of_failures(failed: int, total: int) -> None:
-    if failed:
+def _warn_of_failures(found: Boundary) -> None:
+    """Warn of runs that count as neither broken nor not, point by point."""
+    for point, failures in found.failures.groupby("point"):
+        low, high = failures["offset"].min(), failures["offset"].max()
+        runs = (found.runs["point"] == point).sum()
         warnings.warn(
-            f"{failed} of {total} runs have no outcome and count as neither broken nor not; "
-            "Boundary.failures lists them",
+            f"{len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
+            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}",
             RuntimeWarning,
             stacklevel=3,
         )
