@@ -7,6 +7,7 @@ import pytest
 import pinchoff as po
 from pinchoff.chamber import Chamber, read_design
 from pinchoff.chamber.record import design_record
+from pinchoff.support.checked import Documented
 from pinchoff.support.records import json_text
 
 
@@ -22,6 +23,14 @@ def test_it_loads_with_the_package_on_first_use():
     assert po.chamber.Chamber is Chamber
     with pytest.raises(AttributeError, match="chember"):
         po.chamber.chember  # noqa: B018
+
+
+@pytest.mark.parametrize("model", Documented.__subclasses__())
+def test_every_parameter_is_documented_with_what_it_must_be(model):
+    for name, field in model.model_fields.items():
+        assert f"    {name} : " in model.__doc__
+        said = " ".join(model.__doc__.partition(f"{name} : ")[2].split())
+        assert f"{field.json_schema_extra.meaning[1:]}: {field.json_schema_extra.rule}" in said
 
 
 @pytest.mark.parametrize("radius", [60, 85, 120])
