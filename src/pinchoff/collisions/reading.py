@@ -238,7 +238,7 @@ def _separated(lines: Sequence[str], header: int | None) -> tuple[str, list[list
         names = rows[start] if rows else []
         # Names come before numbers: there a comma may stand for the decimals.
         score = (len(names) - 1) * (0.001 if any(map(is_number, names)) else 1.0)
-        best = max(best, (score, separator, rows, start), key=lambda each: each[0])
+        best = max(best, (score, separator, rows, start), key=lambda found: found[0])
     return best[1:]
 
 
