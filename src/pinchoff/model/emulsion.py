@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from pinchoff import _core
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder
-from pinchoff.model.emulsion_result import Emulsion, Frame, Recorder
+from pinchoff.model.emulsion_result import Emulsion, Recorder
 from pinchoff.model.emulsion_scene import (
     WINDOW,
     Coalescence,
@@ -28,6 +28,7 @@ from pinchoff.model.emulsion_scene import (
     checked_scene,
 )
 from pinchoff.model.flow import Flow
+from pinchoff.model.gsd import Frame
 from pinchoff.model.parameters import FRONT, PARAMETERS, SPRINGS, Parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole

@@ -7,7 +7,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,7 @@ from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
+from pinchoff.model.gsd import Frame
 from pinchoff.model.guards import warn_of_failures
 from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
 from pinchoff.model.results import Collision, collision_of
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
 
 __all__ = ["Collision", "Flow", "simulate", "simulate_many"]
-
-Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
-"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
 
 RECORDING_INTERVAL = 0.05
 """Time between two recorded outlines unless said otherwise, t0."""
