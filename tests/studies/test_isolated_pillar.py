@@ -10,8 +10,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.collisions.law import breakup_number
-from pinchoff.studies.contact_table import contact_table
-from pinchoff.studies.emulsion_contacts import contact_outcomes
+from pinchoff.studies.emulsion_contacts import contact_outcomes, contact_table
 from pinchoff.studies.isolated_pillar import isolated_pillar, relative_breakup_number
 
 P = po.Parameters(

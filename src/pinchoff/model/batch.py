@@ -35,9 +35,8 @@ def run_batch(
 
     Parameters
     ----------
-    parameters : sequence of n Parameters
-    ids : sequence of n int
-        The ``collision_id`` of each run.
+    parameters, ids : sequences of n
+        Of each run; its id is the ``collision_id``.
     threads : int
     flow : Flow, optional
         One for all runs; by default the Stokes flow around each run's own obstacle.
@@ -79,10 +78,7 @@ def _model_row(parameters: Parameters, number: int) -> NDArray[np.float64]:
 def varied_columns(names: Iterable[str]) -> dict[str, Column]:
     """Return columns for the varied parameters that a table would not show otherwise.
 
-    Parameters
-    ----------
-    names : iterable of str
-        Parameters that vary; names of physical quantities are left out.
+    Names of physical quantities are passed over.
     """
     in_every_table = {column.name for column in COLUMNS}
     columns = {name: PARAMETERS[name].as_column() for name in names if name in PARAMETERS}

@@ -601,6 +601,13 @@ class Parameters(Checked):
         return row
 
 
+def require_parameters(argument: str, value: object) -> None:
+    """Refuse anything that is not `Parameters`."""
+    if not isinstance(value, Parameters):
+        advice = "build it with pinchoff.Parameters(...)"
+        raise InputError.of(argument, "a Parameters", value, advice)
+
+
 def _converted(constants: Mapping[str, Any], scale: PhysicalScale) -> dict[str, float]:
     """Return Ca_sim of a scale under the conversion that constants ask for.
 

@@ -29,7 +29,7 @@ def run_columns(
     ids: Sequence[int] = (0,),
     met: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Return runs as columns of the collisions table.
+    """Return runs as every column of `pinchoff.collisions.schema.COLUMNS`, shape (n,) each.
 
     Parameters
     ----------
@@ -40,11 +40,6 @@ def run_columns(
         The ``collision_id`` of each run.
     met : mapping of str to float, optional
         What `first_meeting` says in place of the parameters.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Every column of `pinchoff.collisions.schema.COLUMNS`.
     """
     result = dict(zip(_core.RESULT_FIELDS, results.T, strict=True))
     columns: dict[str, NDArray[Any]] = {
@@ -68,6 +63,8 @@ def first_meeting(
 ) -> dict[str, float]:
     """Return the columns that the droplet and the obstacle of the first contact decide.
 
+    They are NaN where nothing met, or only what a droplet without contact had broken into.
+
     Parameters
     ----------
     parameters : Parameters
@@ -75,11 +72,6 @@ def first_meeting(
         The run's contacts in the order of their times.
     obstacles, droplets : ndarray, shape (M, 3) and (K, 3)
         Centre and radius of each obstacle, start and diameter of each droplet, D0.
-
-    Returns
-    -------
-    dict of str to float
-        NaN where nothing met, or only what a droplet without contact had broken into.
     """
     y = radius = start_y = diameter = math.nan
     if contacts and contacts[0]["droplet_id"] < len(droplets):

@@ -16,11 +16,16 @@ from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
 from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
-from pinchoff.model.flow import Flow
+from pinchoff.model.flow import Flow, require_flow
 from pinchoff.model.given import as_parameters, each_given
 from pinchoff.model.gsd import Frame
 from pinchoff.model.guards import warn_of_failures
-from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
+from pinchoff.model.parameters import (
+    PARAMETERS,
+    SAMPLE_INTERVAL,
+    Parameters,
+    require_parameters,
+)
 from pinchoff.model.results import Collision, collision_of
 from pinchoff.model.run_table import first_meeting
 from pinchoff.support.arguments import checked_whole, finite_or_nan
@@ -108,13 +113,13 @@ def simulate(
     >>> len(collision.outlines.times)
     85
     """
-    _require_parameters("parameters", parameters)
+    require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
     starts = droplet_circles(parameters, droplets, circles)
     if flow is None:
         flow = _flow_around(circles)
     require_flow(flow)
-    _require_callable(on_frame)
+    require_on_frame(on_frame)
     keep = outlines is not None and outlines is not False
     every = _samples_between_records(outlines)
     system = _core.System(parameters.model_row(), flow, circles, starts)
@@ -363,20 +368,8 @@ def _samples_between_records(outlines: object) -> int:
     return max(1, math.ceil(min(interval, LONGEST_INTERVAL) / SAMPLE_INTERVAL - 1e-9))
 
 
-def _require_parameters(name: str, value: object) -> None:
-    if not isinstance(value, Parameters):
-        advice = "build it with pinchoff.Parameters(...)"
-        raise InputError.of(name, "a Parameters", value, advice)
-
-
-def require_flow(flow: object) -> None:
-    """Refuse anything that is not a flow."""
-    if not isinstance(flow, Flow):
-        advice = "build it with pinchoff.flow.stokes, uniform or sampled"
-        raise InputError.of("flow", "a flow", flow, advice)
-
-
-def _require_callable(on_frame: object) -> None:
+def require_on_frame(on_frame: object) -> None:
+    """Refuse what cannot be called for every frame."""
     if on_frame is not None and not callable(on_frame):
         advice = "give a function of (time, droplets)"
         raise InputError.of("on_frame", "callable", on_frame, advice)
