@@ -369,6 +369,19 @@ def test_finished_sweep_is_left_alone(done):
     assert {path.name: path.stat().st_mtime_ns for path in done.iterdir()} == before
 
 
+def test_a_sweep_that_is_removed_makes_room_for_another(tmp_path):
+    first, second = ({**SHORT, **varied(offset=[0, y])} for y in (0.1, 0.2))
+    po.sweep(first, tmp_path)
+    parts(tmp_path)[0].write_bytes(b"")
+    with pytest.warns(UserWarning, match="set aside"):
+        po.sweep(first, tmp_path)
+    (tmp_path / "notes.txt").write_text("mine")
+    dataset.remove_sweep(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+    (tmp_path / "notes.txt").unlink()
+    assert po.sweep(second, tmp_path).computed == 2
+
+
 # Refusals
 
 

@@ -57,12 +57,16 @@ class PillarArray:
     width: float
 
     def __post_init__(self) -> None:
-        circles = np.array(self.circles, dtype=np.float64)  # a copy: nobody else may change it
+        advice = "give one row of x, y and radius for each pillar"
+        try:
+            circles = np.array(self.circles, dtype=np.float64)  # a copy: nobody else may change it
+        except (TypeError, ValueError) as error:
+            raise InputError.of("circles", "numbers", str(error), advice) from None
         if circles.ndim != 2 or circles.shape[1] != 3 or not len(circles):
-            advice = "give one row of x, y and radius for each pillar"
             raise InputError.of("circles", "of shape (M, 3)", f"shape {circles.shape}", advice)
-        checked_positive("length", self.length, "give it in D0")
-        checked_positive("width", self.width, "give it in D0")
+        for name in ("length", "width"):
+            period = checked_positive(name, getattr(self, name), "give it in D0")
+            object.__setattr__(self, name, period)
         wrong = ~np.isfinite(circles).all(axis=1) | ~(circles[:, 2] > 0)
         if wrong.any():
             worst = int(np.argmax(wrong))
@@ -234,7 +238,7 @@ def disordered(
         rule = "such that the pillars fit with their gap"
         raise InputError.of("porosity", rule, got, "raise porosity, or lower least_gap")
     circles = np.column_stack([centres, np.full(count, radius)])
-    return PillarArray(circles[np.lexsort(circles.T[::-1])], float(length), float(width))
+    return PillarArray(circles[np.lexsort(circles.T[::-1])], length, width)
 
 
 def read(path: str | os.PathLike[str], *, length: float, width: float) -> PillarArray:
@@ -261,8 +265,8 @@ def read(path: str | os.PathLike[str], *, length: float, width: float) -> Pillar
         got = ", ".join(map(str, table.columns))
         rule = "a table with the columns x, y and radius"
         raise InputError.of("path", rule, got, "rename its columns; lengths are in D0")
-    columns = [table[names[name]].to_numpy(dtype=np.float64) for name in ("x", "y", "radius")]
-    return PillarArray(np.column_stack(columns), float(length), float(width))
+    circles = table[[names[name] for name in ("x", "y", "radius")]].to_numpy()
+    return PillarArray(circles, length, width)
 
 
 def _lattice(

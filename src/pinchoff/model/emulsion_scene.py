@@ -277,13 +277,11 @@ def _checked_inlet(parameters: Parameters, inlet: Inlet | None) -> tuple[Floats,
     if sizes.ndim != 1 or not len(sizes):
         advice = "give one number in D0, or a list to draw from"
         raise InputError.of("inlet.diameters", "numbers", inlet.diameters, advice)
-    limits = {"low": LEAST_DIAMETER, "high": MOST_VERTICES / parameters.vertex_count}
-    diameters = np.array(
-        [
-            checked_number(f"inlet.diameters[{i}]", d, "give it in D0", **limits)
-            for i, d in enumerate(sizes.tolist())
-        ]
-    )
+    most = MOST_VERTICES / parameters.vertex_count
+    diameters = np.empty(len(sizes))
+    for i, size in enumerate(sizes.tolist()):
+        name = f"inlet.diameters[{i}]"
+        diameters[i] = checked_number(name, size, "give it in D0", low=LEAST_DIAMETER, high=most)
     widest = float(diameters.max())
     top = checked_number(
         "inlet.top", inlet.top, "make room for the largest droplet", low=bottom + 1.2 * widest

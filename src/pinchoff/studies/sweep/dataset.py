@@ -18,6 +18,7 @@ import pyarrow.parquet as pq
 from pydantic import PositiveInt
 
 from pinchoff.collisions.checksums import (
+    CHECKSUMS,
     is_whole,
     record_checksum,
     recorded_checksums,
@@ -272,7 +273,7 @@ def _writable(path: Path) -> Iterator[None]:
 
 
 def remove_sweep(path: Path) -> None:
-    """Remove a sweep's manifest and parts from a folder, and nothing else."""
-    (path / MANIFEST).unlink(missing_ok=True)
-    for part in path.glob("part-*.parquet"):
-        part.unlink()
+    """Remove a sweep from a folder, its manifest last, and nothing else."""
+    for files in ("part-*.parquet", "_damaged-part-*.parquet", CHECKSUMS, MANIFEST):
+        for file in path.glob(files):
+            file.unlink()
