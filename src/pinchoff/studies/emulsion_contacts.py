@@ -99,17 +99,9 @@ def contact_outcomes(
 def contact_table(
     events: pd.DataFrame, contacts: pd.DataFrame, parameters: Parameters
 ) -> pd.DataFrame:
-    """Return the contacts of a run as collisions, a row each.
+    """Return the contacts of a run as collisions, a row each, as `contact_outcomes` found them.
 
     Ca is made with the droplet's speed at contact. The model is two-dimensional: z̃ is 1.
-
-    Parameters
-    ----------
-    events : DataFrame
-        Of an `Emulsion`.
-    contacts : DataFrame
-        What `contact_outcomes` made of them.
-    parameters : Parameters
     """
     met = events[events["kind"].astype(str) == "contact"]
     speed = met["speed"].to_numpy(np.float64)

@@ -28,30 +28,19 @@ class Moment(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """First contact of a droplet with an obstacle.
-
-    Attributes
-    ----------
-    frame : int
-    outline : int
-        Which of all outlines touches.
-    obstacle : int
-    """
+    """First contact of a droplet with an obstacle."""
 
     frame: int
-    outline: int
+    outline: int  # which of all outlines touches
     obstacle: int
 
 
 def collision_moments(outlines: Outlines) -> list[Moment]:
     """Choose the frames that tell a collision, from the outlines alone.
 
-    Returns
-    -------
-    list of Moment
-        Approach, contact, deformation, neck, break-up and after; without a break-up the greatest
-        deformation stands for the neck; without a contact, six frames of the passage. Moments that
-        fall on one frame are listed once.
+    They are approach, contact, deformation, neck, break-up and after; without a break-up the
+    greatest deformation stands for the neck; without a contact, six frames of the passage. Moments
+    that fall on one frame are listed once.
     """
     table = outlines.measure()
     contact = first_contact(outlines)

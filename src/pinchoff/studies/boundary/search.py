@@ -122,9 +122,9 @@ class Boundary(Drawable):
         rows = self.found
         # whether Ca is made with that speed already
         own = rows.get("ca_speed", rows["contact_speed"]).eq("contact")
-        factor = rows["contact_speed"].where(~own, 1.0) if speed == "contact" else 1.0
-        if speed == "flow":
-            factor = (1.0 / rows["contact_speed"]).where(own, 1.0)
+        contact_speed = rows["contact_speed"]
+        to_contact, to_flow = contact_speed.where(~own, 1.0), (1.0 / contact_speed).where(own, 1.0)
+        factor = to_contact if speed == "contact" else to_flow
         return fit_line(
             rows["capillary_number"] * rows["normalized_thickness"] * factor,
             rows["normalized_area"],

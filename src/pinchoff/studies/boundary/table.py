@@ -77,14 +77,7 @@ def boundary_table(
 ) -> pd.DataFrame:
     """Return one row per point, with `COLUMNS` and the units in ``attrs["units"]``.
 
-    Parameters
-    ----------
-    points : sequence of n Parameters
-    varied : sequence of str
-        Names of parameters; those that are no column yet become one.
-    brackets : sequence of n Bracket
-    runs : DataFrame
-        What was run for them, with the column ``point``.
+    Varied parameters that are no column yet become one; `runs` has the column ``point``.
     """
     import pandas as pd
 

@@ -211,11 +211,11 @@ def calibrate(
             aim,
             model,
             control,
+            _settings(aim, model, bounds, points, width, scan),
+            None if out is None else Path(out) / LOG,
             width=width,
             scan=scan,
             threads=thread_count(threads),
-            settings=_settings(aim, model, bounds, points, width, scan),
-            path=None if out is None else Path(out) / LOG,
         )
         found = _explored(evaluator, bounds, model, evaluations, grid, wanted_progress(progress))
     parameters = evaluator.parameters(found["best"].changes)

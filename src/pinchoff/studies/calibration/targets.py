@@ -248,13 +248,7 @@ PRESETS: Mapping[str, LineTarget] = {
 
 
 def as_target(target: object) -> Target:
-    """Make a target from a name, a line, a file or a table.
-
-    Parameters
-    ----------
-    target : str, path-like, DataFrame, ImportedCollisions, Line, LineTarget or CollisionsTarget
-        A name in `PRESETS`; a file of collisions, or the table itself, as `pinchoff.fit_law` takes
-        them; a line.
+    """Make a target of a name in `PRESETS`, a line, or collisions as `pinchoff.fit_law` takes them.
 
     Raises
     ------

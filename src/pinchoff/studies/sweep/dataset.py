@@ -48,16 +48,7 @@ class _Manifest(Shape):
 
 @dataclass(frozen=True)
 class SweepDataset:
-    """The folder of one sweep.
-
-    Attributes
-    ----------
-    path : Path
-    count : int
-        Rows of the finished sweep.
-    part_size : int
-        Rows of every part but perhaps the last.
-    """
+    """The folder of one sweep: `count` rows in the end, `part_size` in each part but the last."""
 
     path: Path
     count: int
