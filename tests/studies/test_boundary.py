@@ -133,6 +133,20 @@ def test_tables_keep_their_units(two_points, tmp_path):
     assert len(pd.read_csv(tmp_path / "boundary.csv")) == 2
 
 
+def test_every_varied_constant_is_in_the_files(tmp_path):
+    """Also one whose column has another name elsewhere, and a time step that is found."""
+    coarse = po.Parameters(vertex_count=32)
+    vary = {"time_step": ["auto", 1e-4], "neck_thickness": [0.16, 0.17], "ca_speed": ["contact"]}
+    line = po.boundary(coarse, vary, scan=4, width=0.3)
+    steps = [coarse.effective_time_step, 1e-4]
+    for suffix, read in ((".parquet", pd.read_parquet), (".csv", pd.read_csv)):
+        write_table(line.table, tmp_path / f"table{suffix}")
+        table = read(tmp_path / f"table{suffix}")
+        assert table["time_step"].tolist() == pytest.approx(np.repeat(steps, 2))
+        assert table["neck_thickness"].tolist() == [0.16, 0.17] * 2
+        assert set(table["ca_speed"]) == {"contact"}
+
+
 @pytest.mark.parametrize(
     ("argument", "positional", "keywords"),
     [

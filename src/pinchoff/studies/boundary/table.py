@@ -87,7 +87,7 @@ def boundary_table(
     captured = (runs["outcome"] == "captured").groupby(runs["point"]).sum()
     rows = []
     for k, (point, bracket) in enumerate(zip(points, brackets, strict=True)):
-        row = {"point": k, **{name: getattr(point, name) for name in [*_POINT_COLUMNS, *further]}}
+        row = {"point": k, **{name: _value(point, name) for name in [*_POINT_COLUMNS, *further]}}
         row |= _bracket_columns(k, bracket, speeds)
         if point.ca_speed == "contact":
             row["capillary_number"] *= row["contact_speed"]
@@ -100,6 +100,11 @@ def boundary_table(
     table = pd.DataFrame(rows, columns=names)
     table.attrs["units"] = {name: _column(name).unit for name in names}
     return table
+
+
+def _value(point: Parameters, name: str) -> Any:
+    """Return what stands in a column: for "auto" the time step that runs take."""
+    return point.effective_time_step if name == "time_step" else getattr(point, name)
 
 
 def _bracket_columns(
@@ -136,4 +141,4 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def _column(name: str) -> Column:
-    return COLUMNS[name] if name in COLUMNS else PARAMETERS[name].as_column()
+    return COLUMNS[name] if name in COLUMNS else PARAMETERS[name].as_column()._replace(name=name)

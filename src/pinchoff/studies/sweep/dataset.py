@@ -25,7 +25,7 @@ from pinchoff.collisions.checksums import (
     settle_checksums,
 )
 from pinchoff.studies.sweep.design import SweepDesign
-from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
+from pinchoff.support.errors import InputError, PinchoffError, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.locks import held_folder
 from pinchoff.support.records import Shape, read_record, write_json
@@ -116,9 +116,9 @@ class SweepDataset:
         path = self._part_path(part)
         if checksums is not None:
             return is_whole(path, checksums)
-        try:  # begun by a release that kept no checksums
+        try:  # the file of checksums is gone
             return bool(pq.read_metadata(path).num_rows == len(self.rows_of(part)))
-        except (OSError, pa.ArrowException):  # for instance cut short when the power failed
+        except (OSError, pa.ArrowException):
             return False
 
 
@@ -158,8 +158,10 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
         if manifest is None:
             _require_empty(path)
             manifest = manifest_of(design)
-            with _writable(path):
+            try:
                 write_json(path / MANIFEST, manifest)
+            except OSError as error:
+                raise refused_by_system(error) from error
         require_same(manifest, design, path)
         yield SweepDataset(path, manifest["count"], manifest["part_size"])
 
@@ -250,17 +252,6 @@ def _require_empty(path: Path) -> None:
         got = f"{path}, which holds {sorted(found)[0]}"
         rule = "a new or empty folder, or that of a sweep"
         raise InputError.of("out", rule, got, _ELSEWHERE)
-
-
-@contextmanager
-def _writable(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        if is_full(error):
-            raise refused_by_system(error) from error
-        got = f"{path} ({error.strerror})"
-        raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
 
 
 def remove_sweep(path: Path) -> None:
