@@ -14,13 +14,13 @@ from hypothesis import strategies as st
 import pinchoff as po
 from pinchoff import _core
 from pinchoff.collisions.schema import Column
-from pinchoff.model.batch import varied_columns
 from pinchoff.model.entry import documented, entries_of, parameter
 from pinchoff.model.parameters import (
     CORE_CONSTANTS,
     PARAMETERS,
     core_numbers,
 )
+from pinchoff.model.run_table import varied_columns
 from pinchoff.support.checked import Number
 
 NUMBERS = tuple(name for name, entry in PARAMETERS.items() if entry.kind in ("float", "int"))

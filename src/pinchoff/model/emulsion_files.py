@@ -66,13 +66,7 @@ class EmulsionFolder(HoldsFiles):
         self._files = ExitStack()  # what is being written
 
     def begin(self, resume: bool) -> Floats | None:
-        """Make the folder ready; return the state to go on from, or None.
-
-        Raises
-        ------
-        InputError
-            It holds another run, or cannot be made.
-        """
+        """Make the folder ready; return the state to go on from, or None; refuse another run's."""
         state = None
         if self.checkpoint.exists():
             if not resume:

@@ -206,13 +206,7 @@ class Recorder:
         self._on_frame = on_frame
 
     def begin(self, resume: bool) -> None:
-        """Make the folder ready, and go on from its checkpoint; or take the first frame.
-
-        Raises
-        ------
-        InputError
-            The folder holds another run, or its checkpoint is none.
-        """
+        """Make the folder ready, and go on from its checkpoint; or take the first frame."""
         state = None if self._folder is None else self._folder.begin(resume)
         if state is None:
             self.take_frame()

@@ -54,7 +54,7 @@ class Entry(Explanation):
     core_name : str
         Name of its number in the core's row; empty: its own.
     core : callable or None
-        That number, from all the parameters; None: its value.
+        That number, from all the parameters; None: their attribute of that name.
     in_core : bool
         Whether it has one: what only says how results are read has none.
     name : str
@@ -84,7 +84,7 @@ class Entry(Explanation):
 
     def core_value(self, parameters: object) -> float:
         """Return that number."""
-        value = self.core(parameters) if self.core else getattr(parameters, self.name)
+        value = self.core(parameters) if self.core else getattr(parameters, self.place)
         return 0.0 if value is None else float(value)
 
     @property

@@ -41,13 +41,7 @@ def each_given(parameters: object) -> Iterable[Any]:
 
 
 def as_parameters(given: object, number: int) -> Parameters:
-    """Return the parameters of one run.
-
-    Raises
-    ------
-    InputError
-        It is neither `Parameters` nor a mapping of their values; the message names its number.
-    """
+    """Return the parameters of one run; a refusal names its number."""
     name = f"parameters[{number}]"
     if isinstance(given, Parameters):
         return given

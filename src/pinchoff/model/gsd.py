@@ -140,15 +140,9 @@ class OutlineWriter(HoldsFiles):
         self._files.close()
 
     def append(self, time: float, outlines: Iterable[OutlineLike]) -> None:
-        """Add one frame and flush it to the disk.
+        """Add one frame, at a time [t0].
 
-        Parameters
-        ----------
-        time : float
-            Time of the frame [t0].
-        outlines : iterable
-            Its droplets: (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2)
-            [D0/t0]).
+        Its droplets are (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2) [D0/t0]).
         """
         self.append_flat(time, *flattened(outlines))
 
@@ -293,13 +287,7 @@ _KIND_SIZES = np.array([0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1])  # bytes of a numbe
 
 
 def _require_whole(path: Path) -> None:
-    """Refuse a file whose index points outside of it; the library would crash.
-
-    Raises
-    ------
-    ValueError
-        It is damaged.
-    """
+    """Refuse a file whose index points outside of it (ValueError); the library would crash."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(_HEADER.size)

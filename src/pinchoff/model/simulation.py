@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
-from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow, require_flow
 from pinchoff.model.given import as_parameters, each_given
 from pinchoff.model.gsd import Frame
@@ -27,7 +26,7 @@ from pinchoff.model.parameters import (
     require_parameters,
 )
 from pinchoff.model.results import Collision, collision_of
-from pinchoff.model.run_table import first_meeting
+from pinchoff.model.run_table import CHUNK_SIZE, first_meeting, run_batch, varied_columns
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress

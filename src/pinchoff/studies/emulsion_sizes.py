@@ -1,8 +1,6 @@
-"""Droplet sizes of an emulsion: means and distributions with errors, rates, and steadiness.
+"""Droplet sizes of an emulsion: means and distributions, rates, and steadiness.
 
-What droplets do in an array is correlated in time. Every error here comes from blocks that are
-longer than the correlation time, left out one after the other (jackknife); where the record is too
-short for that many blocks the error is not a number, and `SizeStudy.remarks` says so.
+Every error comes from blocks of time, as `block_errors` says.
 """
 
 from __future__ import annotations

@@ -65,13 +65,7 @@ class SweepDataset:
         return range(start, min(start + self.part_size, self.count))
 
     def missing_parts(self) -> list[int]:
-        """Return the parts that are not there; what was damaged from outside is set aside.
-
-        Warns
-        -----
-        UserWarning
-            A part was set aside; says which.
-        """
+        """Return the parts that are not there; warn of what was damaged and is set aside."""
         checksums = recorded_checksums(self.path)
         missing = []
         for part in range(self.part_count):
@@ -86,13 +80,7 @@ class SweepDataset:
         return missing
 
     def write(self, part: int, content: bytes) -> None:
-        """Write a part so that it appears at once, complete.
-
-        Raises
-        ------
-        PinchoffError
-            It cannot be written, for instance because the disk is full.
-        """
+        """Write a part so that it appears at once, complete; a full disk is a `PinchoffError`."""
         path = self._part_path(part)
         try:
             with written_aside(path, suffix=".unfinished") as unfinished:
@@ -128,13 +116,7 @@ def part_size_of(count: int) -> int:
 
 
 def read_manifest(path: Path) -> dict[str, Any] | None:
-    """Return the manifest in a folder, or None where there is none.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
+    """Return the manifest in a folder, or None where there is none; refuse one that is damaged."""
     place = path / MANIFEST
     try:
         if not place.exists():
@@ -182,13 +164,7 @@ def manifest_of(design: SweepDesign) -> dict[str, Any]:
 
 
 def require_same(manifest: Mapping[str, Any], design: SweepDesign, path: Path) -> None:
-    """Refuse to go on with a sweep that was begun with something else.
-
-    Raises
-    ------
-    InputError
-        The version, the configuration or the sample differs; says what.
-    """
+    """Refuse to go on with a sweep of another version, configuration or sample; say which."""
     from pinchoff import __version__
 
     version = manifest["pinchoff_version"]

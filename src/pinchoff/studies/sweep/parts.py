@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pinchoff.collisions.parquet import parquet_bytes
 from pinchoff.collisions.schema import COLUMNS
-from pinchoff.model.batch import run_batch, varied_columns
+from pinchoff.model.run_table import run_batch, varied_columns
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.progress import Show
 
