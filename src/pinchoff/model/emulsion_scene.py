@@ -20,8 +20,9 @@ from pinchoff.model.arrangement import (
     obstacle_circles,
 )
 from pinchoff.model.arrays import PillarArray
-from pinchoff.model.flow import Flow, checked_periodic, require_flow, uniform
+from pinchoff.model.flow import Flow, uniform
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
+from pinchoff.model.simulation import require_flow
 from pinchoff.support.arguments import checked_number
 from pinchoff.support.errors import InputError
 
@@ -219,7 +220,9 @@ def _checked_coalescence(parameters: Parameters, coalescence: Coalescence | None
 
 
 def _checked_cell(cell: Sequence[float] | None, periodic: str) -> Floats:
-    checked_periodic(periodic, "space")
+    if periodic not in ("", "x", "y", "xy"):
+        advice = "leave it out where space does not repeat itself"
+        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
     advice = "give (left, right, bottom, top) in D0"
     if cell is None:
         if periodic:

@@ -187,7 +187,9 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike, *, periodic:
     [[1.5, -0.5]]
     """
     x_nodes, y_nodes = _axis("x", x), _axis("y", y)
-    periodic = checked_periodic(periodic, "the flow")
+    if periodic not in ("", "x", "y", "xy"):
+        advice = "leave it out where the flow does not repeat itself"
+        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
     shape = (y_nodes.size, x_nodes.size)
     return _core.SampledFlow(
         x_nodes[0],
@@ -199,21 +201,6 @@ def sampled(x: ArrayLike, y: ArrayLike, u: ArrayLike, v: ArrayLike, *, periodic:
         periodic_x="x" in periodic,
         periodic_y="y" in periodic,
     )
-
-
-def checked_periodic(periodic: object, what: str) -> str:
-    """Check along which axes something repeats itself."""
-    if periodic not in ("", "x", "y", "xy"):
-        advice = f"leave it out where {what} does not repeat itself"
-        raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
-    return str(periodic)
-
-
-def require_flow(flow: object) -> None:
-    """Refuse anything that is not a flow."""
-    if not isinstance(flow, Flow):
-        advice = "build it with pinchoff.flow.stokes, uniform or sampled"
-        raise InputError.of("flow", "a flow", flow, advice)
 
 
 def _array(name: str, values: ArrayLike) -> NDArray[np.float64]:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
-from pinchoff.model.flow import Flow, require_flow
+from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
 from pinchoff.model.gsd import Frame
 from pinchoff.model.guards import warn_of_failures
@@ -365,6 +365,13 @@ def _samples_between_records(outlines: object) -> int:
             f"use True to record every {RECORDING_INTERVAL} t0",
         )
     return max(1, math.ceil(min(interval, LONGEST_INTERVAL) / SAMPLE_INTERVAL - 1e-9))
+
+
+def require_flow(flow: object) -> None:
+    """Refuse anything that is not a flow."""
+    if not isinstance(flow, Flow):
+        advice = "build it with pinchoff.flow.stokes, uniform or sampled"
+        raise InputError.of("flow", "a flow", flow, advice)
 
 
 def require_on_frame(on_frame: object) -> None:

@@ -96,7 +96,7 @@ def _diameter(outlines: Outlines) -> float:
     """Return D0 in the outlines' own unit; of filmed ones that of the first."""
     if outlines.units == "D0" or not len(outlines.frame):
         return 1.0
-    return math.sqrt(4.0 / math.pi * _core.area(outlines.outline(0).vertices))
+    return math.sqrt(4.0 / math.pi * float(_core.area(outlines.outline(0).vertices)))
 
 
 def _distances(outlines: Outlines) -> Floats:
@@ -122,7 +122,8 @@ def _approach_frame(outlines: Outlines, contact: int) -> int:
     gap = _APPROACH_GAP * _diameter(outlines)
     near = np.flatnonzero(_distances(outlines).min(axis=1) < gap)
     outlines_near = np.searchsorted(outlines.offsets, near[:1], side="right") - 1
-    return max(min([*outlines.frame[outlines_near].tolist(), contact]) - 1, 0)
+    first = min([contact, *map(int, outlines.frame[outlines_near])])
+    return max(first - 1, 0)
 
 
 def _breakup_frame(outlines: Outlines) -> int | None:

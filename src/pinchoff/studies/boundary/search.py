@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pinchoff.model.flow import Flow, require_flow
+from pinchoff.model.flow import Flow
 from pinchoff.model.parameters import Parameters, require_parameters
 from pinchoff.model.run_table import CHUNK_SIZE, run_batch
-from pinchoff.model.simulation import thread_count
+from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.studies.boundary.bracketing import Search, Trial, run_searches
 from pinchoff.studies.boundary.line_fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
