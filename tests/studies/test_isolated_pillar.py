@@ -66,6 +66,7 @@ def test_bk_is_relative_to_the_line_of_its_diameter(line):
     assert found[:2] == pytest.approx(1 / line["breakup_number"].to_numpy()[[0, 2]])
     assert found[2] == pytest.approx(2 / line["breakup_number"].iloc[1])
     assert math.isnan(found[3])  # outside the diameters
+    np.testing.assert_array_equal(relative_breakup_number(contacts, line[::-1]), found)
     unknown = line.assign(breakup_number=math.nan)
     assert np.isnan(relative_breakup_number(contacts, unknown)).all()
 

@@ -139,9 +139,9 @@ def study_sizes(
     correlation, ends, remarks = _blocks(
         kept["time"].to_numpy(np.float64), kept["mean_area"].to_numpy(np.float64), begin
     )
-    rates, growth, exchange = _event_rates(
-        events[(events["time"] > begin) & (events["time"] <= end)], ends
-    )
+    # Blocks begin with the first frame that is kept, which may be later than `begin`.
+    happened = events[(events["time"] > ends[0]) & (events["time"] <= end)]
+    rates, growth, exchange = _event_rates(happened, ends)
     if rates["left"].value > 0:
         residence_time = float(kept["count"].mean()) / rates["left"].value
     residence = math.nan if residence_time is None else residence_time
