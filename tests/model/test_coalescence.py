@@ -12,7 +12,7 @@ import pytest
 import pinchoff as po
 from pinchoff import _core
 from pinchoff.model.emulsion_result import EVENT_COLUMNS
-from pinchoff.studies.head_on import calibrate_drainage, head_on_pair
+from pinchoff.studies.head_on import head_on_pair
 
 SPRINGS, FRONT = "deformable-particle", "front-tracking"
 MODELS = (SPRINGS, FRONT)
@@ -401,37 +401,3 @@ def test_numbers_balance_and_contacts_end_as_often_as_they_begin(kind):
     assert 0 <= going <= run.balance["present"] * 4
     area = of_kind(run, "merge")
     assert np.allclose(area["area"], area["area_1"] + area["area_2"])
-
-
-# ---------------------------------------------------------------- K from an observation
-
-
-def test_calibrated_pairs_merge_below_the_number_and_not_above():
-    found = calibrate_drainage(0.005, model(vertices=48))
-    for share, merges in ((0.5, 1), (0.97, 1), (1.03, 0), (1.5, 0)):
-        number = share * 0.005 / 9.8e-5
-        run = head_on_pair(model(number=number, vertices=48), found.coalescence)
-        assert run.balance["merges"] == merges
-    late = calibrate_drainage(0.005, model(vertices=48), separation=0.5)
-    assert late.drainage == pytest.approx(2 * found.drainage, rel=1e-9)
-    assert late.coalescence == po.Coalescence(late.drainage, 0.5)
-
-
-def test_a_pair_that_does_not_meet_calibrates_nothing():
-    with pytest.raises(po.InputError, match="widening must be such that the pair touches"):
-        calibrate_drainage(0.005, model(vertices=48), widening=1.05)
-
-
-@pytest.mark.parametrize(
-    ("coalescence", "message"),
-    [
-        (0.5, "coalescence must be a Coalescence"),
-        (po.Coalescence(-1.0), "coalescence.drainage must be"),
-        (po.Coalescence(math.nan), "coalescence.drainage must be"),
-        (po.Coalescence(1.0, 1.5), "coalescence.separation must be"),
-        (po.Coalescence(1.0, 0.5, 1), "coalescence.stochastic must be True or False"),
-    ],
-)
-def test_bad_input_is_named(coalescence, message):
-    with pytest.raises(po.InputError, match=message):
-        crowd(0.1, coalescence)
