@@ -171,8 +171,7 @@ def _write(
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
     from pinchoff.model.emulsion_result import EVENT_COLUMNS, SIZE_COLUMNS
-    from pinchoff.studies.contact_table import contact_table
-    from pinchoff.studies.emulsion_contacts import contact_outcomes
+    from pinchoff.studies.emulsion_contacts import contact_outcomes, contact_table
 
     trust = design.trust(run, flow, study.start)
     array, events = design.array, run.events
