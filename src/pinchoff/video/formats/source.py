@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -13,6 +16,8 @@ from numpy.typing import NDArray
 from pinchoff.support.errors import InputError
 
 Pixels = NDArray[np.uint8]
+
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
 
 CHOICE = "give a film, a TIFF stack or a folder of pictures"
 COLOURS = ("red", "green", "blue")
@@ -132,6 +137,38 @@ class Problems:
         return "; ".join([*lost, *self._other])
 
 
+class Stack(ABC):
+    """A clip whose pictures are read one by one: one that is damaged costs itself only.
+
+    A format sets `about`, and gives in `_reading` what returns the picture at a position.
+    """
+
+    about: About
+
+    def __init__(self) -> None:
+        self.problems = Problems()
+
+    @abstractmethod
+    def _reading(self) -> AbstractContextManager[Callable[[int], NDArray[Any]]]: ...
+
+    def _number_and_name(self, position: int) -> tuple[int, str]:
+        return position, f"frame {position}"
+
+    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
+        """Read from the start; where `sparse`, pictures spread over the clip."""
+        self.problems.clear()
+        count = self.about.count or 1
+        with self._reading() as read:
+            for position in range(0, count, max(1, count // SPARSE) if sparse else 1):
+                number, name = self._number_and_name(position)
+                try:
+                    image = read(position)
+                except Exception as error:  # of a damaged picture, by any of many decoders
+                    self.problems.lost(f"{name} ({reason_of(error)})")
+                else:
+                    yield Picture(number, None, image)
+
+
 def named(things: Sequence[str]) -> str:
     """Return the first of some names, and how many more there are."""
     more = len(things) - _MOST_NAMED
@@ -143,25 +180,74 @@ def reason_of(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def channel_index(channel: str | None, names: Sequence[str], path: Path) -> int | None:
-    """Return which of the channels is meant; None where none is asked for.
+def positive(value: Any) -> float | None:
+    """Return a number that a file says, or None where it is none, or not positive and finite."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
+        return None
+    return found if math.isfinite(found) and found > 0.0 else None
+
+
+class Channels:
+    """Which of its channels is measured of a clip.
+
+    Parameters
+    ----------
+    path : Path
+        The clip.
+    asked_for : str or None
+        A channel's name or number.
+    separate : sequence of str
+        Names of channels that are pictures of their own, if there are several.
+    colour : bool
+        Whether its pictures have colours, which then are the channels where none are separate.
+
+    Attributes
+    ----------
+    names : tuple of str
+    plane : int
+        Which of the separate channels is measured; 0 where there are none.
+    colour : int or None
+        The one colour that is measured; None: all.
+    notes : tuple of str
+        What was chosen without being asked for.
 
     Raises
     ------
     InputError
         There is no such channel.
     """
-    if channel is None:
-        return None
-    wanted = channel.strip().lower()
-    known = [name.lower() for name in names]
-    if wanted in known:
-        return known.index(wanted)
-    if wanted.isdigit() and int(wanted) < len(names):
-        return int(wanted)
-    rule = f"one of {', '.join(names)}" if names else "left out for a clip without channels"
-    advice = f"those are the channels of {path}" if names else f"{path} has one only"
-    raise InputError.of("channel", rule, channel, advice)
+
+    def __init__(
+        self, path: Path, asked_for: str | None, separate: Sequence[str] = (), *, colour: bool
+    ) -> None:
+        self.names = tuple(separate) or (COLOURS if colour else ())
+        chosen = None if asked_for is None else self._index(path, asked_for)
+        self.plane = (chosen or 0) if separate else 0
+        self.colour = None if separate else chosen
+        self.notes: tuple[str, ...] = ()
+        if separate and chosen is None:
+            self.notes = (
+                f"it has {len(separate)} channels, {named(separate)}: the first is measured, "
+                "the setting channel takes another",
+            )
+
+    def _index(self, path: Path, asked_for: str) -> int:
+        wanted, known = asked_for.strip().lower(), [name.lower() for name in self.names]
+        if wanted in known:
+            return known.index(wanted)
+        if wanted.isdigit() and int(wanted) < len(known):
+            return int(wanted)
+        rule, advice = "left out for a clip without channels", f"{path} has one only"
+        if known:
+            rule = f"one of {', '.join(self.names)}"
+            advice = f"those are the channels of {path}"
+        raise InputError.of("channel", rule, asked_for, advice)
+
+    def of(self, image: NDArray[Any]) -> NDArray[Any]:
+        """Return a picture, or the one colour of it that is measured."""
+        return image if self.colour is None or image.ndim < 3 else image[:, :, self.colour]
 
 
 def checked_size(path: Path, width: int, height: int) -> None:
