@@ -292,6 +292,27 @@ def test_stack_that_breaks_off(tmp_path):
     assert clip.about.notes == ("it says that it holds 5 pictures: 1 can be read",)
 
 
+def test_pages_that_are_lost_are_told(tmp_path):
+    """Without a count in its tags only the list of pages tells that there were more."""
+    tifffile.imwrite(tmp_path / "a.tif", stack(), photometric="minisblack", metadata=None)
+    assert Clip(tmp_path / "a.tif").about.notes == ()
+    data = (tmp_path / "a.tif").read_bytes()
+    (tmp_path / "a.tif").write_bytes(data[: len(data) // 2])
+    assert "breaks off" in Clip(tmp_path / "a.tif").about.notes[0]
+
+
+@pytest.mark.parametrize("kept", [300, 600, 1500])
+@pytest.mark.parametrize(
+    "how", [{}, {"metadata": None}, {"imagej": True}, {"bigtiff": True}], ids=str
+)
+def test_stack_cut_within_its_first_picture_is_refused(tmp_path, how, kept):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, stack(), photometric="minisblack", **how)
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(InputError):
+        read(path)
+
+
 def test_damaged_page_costs_itself_only(tmp_path, capfd):
     tifffile.imwrite(tmp_path / "a.tif", stack(), compression="zlib", photometric="minisblack")
     with tifffile.TiffFile(tmp_path / "a.tif") as file:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
+import struct
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -110,6 +111,8 @@ class TiffStack(Stack):
         readable = math.prod(size for axis, size in sizes.items() if axis not in _PLANE)
         if claimed > readable:
             notes.append(f"it says that it holds {claimed} pictures: {readable} can be read")
+        elif _breaks_off(file):
+            notes.append("it breaks off or is damaged: pictures at its end may be missing")
         if self._time_axis == "Z":
             notes.append(f"its {sizes['Z']} slices (Z) are taken for frames in time")
         notes += self._channels.notes
@@ -122,17 +125,20 @@ class TiffStack(Stack):
     def _reading(self) -> Iterator[Callable[[int], NDArray[Any]]]:
         with self._opened() as file:
             series = _largest(file)
-            keyframe = series.keyframe
-            in_one_piece = series.dataoffset is not None and keyframe.is_memmappable
-            values = _mapped(self._path, series) if in_one_piece else None
+            values = _mapped(self._path, series)
 
             def read(number: int) -> NDArray[Any]:
                 chosen = {self._time_axis: number, "C": self._channels.plane}
                 place = [chosen.get(axis, 0) for axis in series.axes if axis not in _PLANE]
-                image = _page(series, place) if values is None else np.array(values[*place])
+                if values is None:
+                    image = _page(series, place)
+                elif place[0] < len(values):
+                    image = np.array(values[*place])
+                else:
+                    raise ValueError("the file ends before it")
                 if "".join(axis for axis in series.axes if axis in _PLANE) == "SYX":
                     image = np.ascontiguousarray(np.moveaxis(image, 0, -1))
-                return self._channels.of(as_shown(image, keyframe))
+                return self._channels.of(as_shown(image, series.keyframe))
 
             yield read
 
@@ -147,16 +153,31 @@ def _page(series: Any, place: Sequence[int]) -> NDArray[Any]:
     return image
 
 
-def _mapped(path: Path, series: Any) -> NDArray[Any]:
-    """Map a series that lies in one piece; of a file that breaks off, what is there."""
-    kind = np.dtype(series.keyframe.parent.byteorder + series.dtype.char)
-    shape = series.shape
-    if math.prod(shape) * kind.itemsize > path.stat().st_size - series.dataoffset:
-        one = math.prod(shape[1:]) * kind.itemsize
-        shape = ((path.stat().st_size - series.dataoffset) // one, *shape[1:])
-    mapped: NDArray[Any] = np.memmap(path, kind, "r", series.dataoffset, shape)
+def _mapped(path: Path, series: Any) -> NDArray[Any] | None:
+    """Map the values of several pictures in one piece; of a file that is cut, what is there."""
     order = [k for k, axis in enumerate(series.axes) if axis not in _PLANE]
+    if series.dataoffset is None or not series.keyframe.is_memmappable or order[:1] != [0]:
+        return None
+    kind = np.dtype(series.keyframe.parent.byteorder + series.dtype.char)
+    length, *rest = series.shape
+    there = (path.stat().st_size - series.dataoffset) // (math.prod(rest) * kind.itemsize)
+    if there < 1:
+        return None
+    shape = (min(length, there), *rest)
+    mapped: NDArray[Any] = np.memmap(path, kind, "r", series.dataoffset, shape)
     return np.moveaxis(mapped, order, range(len(order)))  # the axes of one picture come last
+
+
+def _breaks_off(file: tifffile.TiffFile) -> bool:
+    """Return whether a page is said to follow the last one that can be read."""
+    layout, handle = file.tiff, file.filehandle
+    try:
+        handle.seek(file.pages[-1].offset)
+        (tags,) = struct.unpack(layout.tagnoformat, handle.read(layout.tagnosize))
+    except Exception:  # of the module: the last page is cut
+        return True
+    handle.seek(tags * layout.tagsize, 1)
+    return any(handle.read(layout.offsetsize))
 
 
 def as_shown(image: NDArray[Any], page: Any) -> NDArray[Any]:
