@@ -104,6 +104,7 @@ class OverlayWriter(HoldsFiles):
         self._writer: ClipWriter | None = None
         self._marks: list[_Mark] = []
         self._scale = 1
+        self._canvas: Pixels = np.empty((0, 0, 3), dtype=np.uint8)  # the picture above the legend
         self._legend: Pixels = np.empty((0, 0, 3), dtype=np.uint8)
         self._thread = ThreadPoolExecutor(1)
         self._waiting: deque[Future[None]] = deque()
@@ -127,13 +128,19 @@ class OverlayWriter(HoldsFiles):
             self._writer.__exit__(*failure)
 
     def _draw(self, seen: Measured) -> None:
-        image = rgb_of(seen.frame)
+        pixels = rgb_of(seen.frame)
         if self._writer is None:
-            self._begin(image)
+            self._begin(pixels)
         assert self._writer is not None
-        if self._scale > 1:
-            image = cv2.resize(image, None, fx=self._scale, fy=self._scale)
-        self._labels = _Labels(image, self._scale, [droplet.outline for droplet in seen.droplets])
+        height, width = pixels.shape[0] * self._scale, pixels.shape[1] * self._scale
+        image, strip = self._canvas[:height], self._canvas[height:]
+        cv2.resize(pixels, (width, height), dst=image)
+        strip[:] = self._legend
+        clock = f"frame {seen.frame.number}   {seen.frame.time_s:.4g} s"
+        _write(strip, clock, (6, _LINE_HEIGHT - 7), TEXT)
+        outlines = [droplet.outline for droplet in seen.droplets]
+        boxes = np.array([[outline.min(axis=0), outline.max(axis=0)] for outline in outlines])
+        labels = _Labels(image, self._scale, boxes)
         for x, y, radius in self._obstacles:
             cv2.circle(image, *self._circle(x, y, radius), OBSTACLE, 1, cv2.LINE_AA, _FRACTION_BITS)
         for droplet in seen.droplets:
@@ -141,29 +148,25 @@ class OverlayWriter(HoldsFiles):
             self._line(image, droplet.outline, colour, closed=True)
         for neck in seen.necks:
             self._line(image, neck.ends, NECK, closed=False)
-        self._mark(seen)
+        for mark in self._marks_after(seen):
+            labels.write(mark.text, (mark.x, mark.y), _MARK_AWAY, mark.colour)
         for number, (x, y, radius) in enumerate(self._obstacles):
-            self._labels.write(f"o{number}", (x, y), radius, OBSTACLE)
-        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
-            reach = np.ptp(droplet.outline, axis=0) / 2.0
-            self._labels.write(str(track), (droplet.x, droplet.y), reach, TEXT)
-        self._writer.append(np.vstack([image, self._strip(seen.frame)]))
+            labels.write(f"o{number}", (x, y), radius, OBSTACLE)
+        for droplet, track, (low, high) in zip(seen.droplets, seen.tracks, boxes, strict=True):
+            labels.write(str(track), (droplet.x, droplet.y), (high - low) / 2.0, TEXT)
+        self._writer.append(self._canvas)
 
-    def _begin(self, image: Pixels) -> None:
-        self._scale = 2 if image.shape[1] < _SHOWN_WIDTH else 1
-        width = image.shape[1] * self._scale
+    def _begin(self, pixels: Pixels) -> None:
+        self._scale = 2 if pixels.shape[1] < _SHOWN_WIDTH else 1
+        width = pixels.shape[1] * self._scale
         self._legend = _legend(width)
-        size = (width, image.shape[0] * self._scale + len(self._legend))
-        self._writer = ClipWriter(self._path, size, self._fps, _CRF, quick=True)
+        height = pixels.shape[0] * self._scale + len(self._legend)
+        self._canvas = np.empty((height, width, 3), dtype=np.uint8)
+        self._writer = ClipWriter(self._path, (width, height), self._fps, _CRF, quick=True)
         self._writer.__enter__()
 
-    def _strip(self, frame: Frame) -> Pixels:
-        strip = self._legend.copy()
-        _write(strip, f"frame {frame.number}   {frame.time_s:.4g} s", (6, _LINE_HEIGHT - 7), TEXT)
-        return strip
-
-    def _mark(self, seen: Measured) -> None:
-        """Mark the events of this frame, and for a while those before."""
+    def _marks_after(self, seen: Measured) -> list[_Mark]:
+        """Return the marks of the events of this frame, and of those shortly before."""
         number = seen.frame.number
         places = dict(zip(seen.tracks, seen.droplets, strict=True))
         for track, obstacle in seen.met:
@@ -176,8 +179,7 @@ class OverlayWriter(HoldsFiles):
                 mark = _Mark(number + _FLASH, child.x, child.y, event.kind, BREAKUP)
                 self._marks.append(mark)
         self._marks = [mark for mark in self._marks if mark.until > number]
-        for mark in self._marks:
-            self._labels.write(mark.text, (mark.x, mark.y), _MARK_AWAY, mark.colour)
+        return self._marks
 
     def _fixed(self, points: Floats) -> NDArray[np.int32]:
         # Enlarged pixels: the centre of pixel k is at s k + (s - 1)/2.
@@ -203,14 +205,13 @@ class _Labels:
         Is written on.
     scale : int
         Its pixels a pixel of the film.
-    outlines : list of ndarray, shape (n, 2)
-        What is to stay free, pixels of the film.
+    boxes : ndarray, shape (n, 2, 2)
+        What is to stay free: least and largest x and y of each, pixels of the film.
     """
 
-    def __init__(self, image: Pixels, scale: int, outlines: list[Floats]) -> None:
+    def __init__(self, image: Pixels, scale: int, boxes: Floats) -> None:
         self._image, self._scale = image, scale
-        boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
-        self._taken = np.array(boxes, dtype=np.float64).reshape(-1, 4) * scale
+        self._taken = boxes.reshape(-1, 4) * scale
 
     def write(
         self, text: str, centre: tuple[float, float], reach: float | Floats, colour: Colour
@@ -227,24 +228,22 @@ class _Labels:
         """
         (wide, high), _ = cv2.getTextSize(text, _FONT, _FONT_SCALE, 1)
         half = np.array([wide, high]) / 2.0
-        middle = np.array(centre) * self._scale
-        away = np.broadcast_to(np.asarray(reach, dtype=np.float64) * self._scale + 4.0, 2) + half
-        boxes = []
-        for side in _SIDES:
-            place = middle + side * away
-            boxes.append(np.concatenate([place - half, place + half]))
-        box = min(boxes, key=self._covered)
-        self._taken = np.vstack([self._taken, box])
+        middles = np.array(centre) * self._scale + _SIDES * (reach * self._scale + 4.0 + half)
+        boxes = np.hstack([middles - half, middles + half])
+        box = boxes[np.argmin(self._covered(boxes))]
+        self._taken = np.concatenate([self._taken, box[None]])
         _write(self._image, text, (round(box[0]), round(box[3])), colour)
 
-    def _covered(self, box: Floats) -> float:
-        """Return how much of a box is taken or outside the image, pixels."""
+    def _covered(self, boxes: Floats) -> Floats:
+        """Return how much of each of several boxes is taken or outside the image, pixels."""
         height, width = self._image.shape[:2]
-        area = float(np.prod(box[2:] - box[:2]))
-        inside = np.clip(np.minimum(box[2:], (width, height)) - np.maximum(box[:2], 0), 0, None)
-        low = np.maximum(box[:2], self._taken[:, :2])
-        high = np.minimum(box[2:], self._taken[:, 2:])
-        return area - float(inside.prod()) + float(np.clip(high - low, 0, None).prod(axis=1).sum())
+        sides = boxes[:, 2:] - boxes[:, :2]
+        inside = np.minimum(boxes[:, 2:], (width, height)) - np.maximum(boxes[:, :2], 0)
+        low = np.maximum(boxes[:, None, :2], self._taken[:, :2])
+        shared = np.maximum(np.minimum(boxes[:, None, 2:], self._taken[:, 2:]) - low, 0)
+        taken = (shared[:, :, 0] * shared[:, :, 1]).sum(axis=1)
+        covered: Floats = sides.prod(axis=1) - np.maximum(inside, 0).prod(axis=1) + taken
+        return covered
 
 
 def _write(image: Pixels, text: str, place: tuple[int, int], colour: Colour) -> None:

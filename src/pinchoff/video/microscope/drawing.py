@@ -19,7 +19,7 @@ OVERSAMPLING = 4
 """Finer pixels a pixel's side, on which outlines are drawn and averaged."""
 
 _FRACTION_BITS = 8  # binary places of OpenCV's coordinates: 1/256 of a finer pixel
-_MARGIN = 2  # pixels round an outline
+_MARGIN = 1  # pixels round an outline
 _BLUR_REACH = 4.0  # standard deviations: a pixel's light does not reach farther
 _NOISE_LENGTH, _NOISE_FRAMES = 1 << 22, 4  # numbers, and frames of them, that noise is taken from
 
@@ -207,7 +207,8 @@ def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Wi
     cv2.polylines(inside_finely, fixed, True, 128, shift=_FRACTION_BITS)
     # The outline runs through the finer pixels at 128, from which the depth is counted.
     depth = cv2.distanceTransform(cv2.compare(inside_finely, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
-    core = cv2.convertScaleAbs(np.maximum(depth - (ring_px * OVERSAMPLING - 0.5), 0.0), alpha=255)
+    ring = ring_px * OVERSAMPLING - 0.5
+    core = cv2.addWeighted(depth, 255, depth, 0, -255 * ring, dtype=cv2.CV_8U)  # 0 to 255 at most
     rows, in_rows = _overlap(int(low[1]), height, size[1])
     columns, in_columns = _overlap(int(low[0]), width, size[0])
     inside, core = (
