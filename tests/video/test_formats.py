@@ -18,7 +18,7 @@ import pytest
 import tifffile
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.formats.selection import FrameRange
+from pinchoff.video.formats.selection import frame_range
 from pinchoff.video.formats.whitepoint import range_of, to_bytes
 from pinchoff.video.reading import Clip
 from pinchoff.video.scale import clip_of, described, scaled
@@ -487,7 +487,7 @@ def test_grey_and_colour_mixed(tmp_path):
 
 def test_frames_keep_numbers_and_times(tmp_path):
     tifffile.imwrite(tmp_path / "a.tif", stack(10), photometric="minisblack")
-    clip, found = read(tmp_path / "a.tif", fps=10.0, frames_wanted=FrameRange.read("2:8:3"))
+    clip, found = read(tmp_path / "a.tif", fps=10.0, frames_wanted=frame_range("2:8:3"))
     assert [frame.number for frame in found] == [2, 5]
     assert [frame.time_s for frame in found] == pytest.approx([0.2, 0.5])
     assert clip.frame_count == 2
@@ -496,7 +496,7 @@ def test_frames_keep_numbers_and_times(tmp_path):
 
 @pytest.mark.parametrize("text", ["", "3", "5:5", "0:10:0", "-1:4", "a:b", "1:2:3:4"])
 def test_ranges_without_frames_are_refused(text, refused):
-    refused("frames", FrameRange.read, text)
+    refused("frames", frame_range, text)
     refused("frames", lambda: VideoSettings(frames=text))
 
 

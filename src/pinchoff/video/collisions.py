@@ -15,7 +15,9 @@ from pinchoff import _core
 from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import (
+    CLIP_ENDED,
     CONTACT_DISTANCE_UM,
+    CUT_BY_FRAME,
     RELEASE,
     Encounter,
     gap_to_circle,
@@ -28,10 +30,8 @@ Floats = NDArray[np.float64]
 
 TOUCHING = "touching another droplet"
 COALESCENCE = "coalescence"
-CUT_BY_FRAME = "cut by the frame"
 LOST = "lost track"
 MANY_DAUGHTERS = "more than two daughters in one frame"
-CLIP_ENDED = "the clip ends during the collision"
 NO_APPROACH = "no approach: in contact when first seen"
 
 _LOOKS_KEPT = 128  # frames of a collision that a late break-up can take back
@@ -146,15 +146,7 @@ class CollisionFinder:
     ) -> list[Encounter]:
         """Take one frame and return the collisions that are over.
 
-        Parameters
-        ----------
-        frame : int
-        time_s : float
-        droplets : sequence of Droplet
-        numbers : sequence of int
-            Their tracks.
-        events : sequence of Event
-            What happened between the last frame and this one.
+        Numbers are those of the droplets' tracks, events what has happened since the last frame.
         """
         self._times[frame] = time_s
         self._times.pop(frame - _LOOKS_KEPT, None)
@@ -286,10 +278,9 @@ class CollisionFinder:
             meeting.rejected(TOUCHING, frame)
         if droplet.cut:
             meeting.rejected(CUT_BY_FRAME, frame)
-        thickness, i, j = thinnest_neck(droplet.outline)
-        neck = thickness if math.isfinite(thickness) else math.nan
+        neck, i, j = thinnest_neck(droplet.outline)
         meeting.look(frame, neck, _core.shape_parameter(droplet.outline))
-        if math.isfinite(thickness):
+        if not math.isnan(neck):
             self.necks.append(NeckSeen(meeting.track, droplet.outline[[i, j]]))
 
     def _encounter(
