@@ -16,7 +16,6 @@ from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import (
     CLIP_ENDED,
-    CONTACT_DISTANCE_UM,
     CUT_BY_FRAME,
     RELEASE,
     Encounter,
@@ -128,8 +127,7 @@ class CollisionFinder:
 
     def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
         self._settings, self._obstacles = settings, obstacles
-        fixed = settings.contact_distance_um
-        self._bound = (CONTACT_DISTANCE_UM if fixed is None else fixed) / settings.pixel_um
+        self._bound = settings.contact_um / settings.pixel_um
         self._tracks: dict[int, _Follower] = {}
         self._times: dict[int, float] = {}  # of the last frames
         self._partings: list[_Parting] = []

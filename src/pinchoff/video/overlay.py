@@ -89,14 +89,6 @@ class OverlayWriter(HoldsFiles):
 
     Below the picture stand the frame's number, its time and what the colours mean. Drawing and
     compressing go on in a thread, while the next frames are measured.
-
-    Parameters
-    ----------
-    path : Path
-        The clip, ``.mp4``.
-    obstacles : ndarray, shape (M, 3)
-        Pixels.
-    fps : float
     """
 
     def __init__(self, path: Path, obstacles: Floats, fps: float) -> None:
@@ -199,14 +191,8 @@ class OverlayWriter(HoldsFiles):
 class _Labels:
     """Write beside things, not on them, and not on what is written already.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        Is written on.
-    scale : int
-        Its pixels a pixel of the film.
-    boxes : ndarray, shape (n, 2, 2)
-        What is to stay free: least and largest x and y of each, pixels of the film.
+    Boxes are to stay free, (n, 2, 2), the least and largest x and y of each in pixels of the film;
+    the image has `scale` pixels for each of these.
     """
 
     def __init__(self, image: Pixels, scale: int, boxes: Floats) -> None:
@@ -218,13 +204,7 @@ class _Labels:
     ) -> None:
         """Write right of, left of, above or below a thing, where there is most room.
 
-        Parameters
-        ----------
-        text : str
-        centre : (float, float)
-        reach : float or ndarray, shape (2,)
-            Half of its width and height.
-        colour : (int, int, int)
+        Its reach is half of its width and height.
         """
         (wide, high), _ = cv2.getTextSize(text, _FONT, _FONT_SCALE, 1)
         half = np.array([wide, high]) / 2.0
@@ -270,30 +250,16 @@ def _legend(width: int) -> Pixels:
 
 
 class Thumbnail(NamedTuple):
-    """A collision at its first contact and at its end, side by side.
-
-    Attributes
-    ----------
-    contact_frame, track_id, obstacle_id : int
-        The collision.
-    pixels : ndarray of uint8, shape (side, width, 3)
-        Red, green and blue; white between the two.
-    """
+    """A collision at its first contact and at its end, side by side."""
 
     contact_frame: int
     track_id: int
     obstacle_id: int
-    pixels: Pixels
+    pixels: Pixels  # (side, width, 3) of red, green and blue; white between the two
 
 
 class ThumbnailTaker:
-    """Take two pictures of every collision while its clip is measured.
-
-    Parameters
-    ----------
-    obstacles : ndarray, shape (M, 3)
-        Pixels.
-    """
+    """Take two pictures of every collision while its clip is measured."""
 
     def __init__(self, obstacles: Floats) -> None:
         self._obstacles = obstacles

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 from pinchoff.support.errors import InputError
-from pinchoff.video.encounters import Laboratory
+from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
 from pinchoff.video.formats.selection import frame_range
 from pinchoff.video.formats.source import SMALLEST_SIDE
 
@@ -196,6 +196,12 @@ class VideoSettings(Checked):
     )
     area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
+
+    @property
+    def contact_um(self) -> float:
+        """How near to an obstacle a droplet is in contact at all, µm."""
+        given = self.contact_distance_um
+        return CONTACT_DISTANCE_UM if given is None else given
 
     @property
     def pixel_um(self) -> float:

@@ -199,16 +199,10 @@ def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k
 def segmented(
     frames: Iterable[Frame], segmenter: Segmenter, processes: int
 ) -> Iterator[tuple[Frame, list[Droplet]]]:
-    """Yield every frame with its droplets, in order.
+    """Yield every frame with its droplets, in order; with one process all is done here.
 
-    Parameters
-    ----------
-    frames : iterable of Frame
-    segmenter : Segmenter
-        Is copied to the processes. One that cannot be, as a function of a user's script, works
-        here.
-    processes : int
-        How many look for droplets at a time; with one it is done here.
+    The segmenter is copied to the processes; one that cannot be, as a function of a user's script,
+    works here.
     """
     copied = _copied(segmenter) if processes > 1 else b""
     if not copied:

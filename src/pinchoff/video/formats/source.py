@@ -32,79 +32,40 @@ _MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class About:
-    """What a clip says of itself.
+    """What a clip says of itself."""
 
-    Attributes
-    ----------
-    width, height : int
-        Pixels, as it is shown.
-    count : int or None
-        Pictures; None where only reading tells.
-    fps : float or None
-        Frames a second.
-    pixel_size_um : float or None
-        Side of a pixel, µm.
-    timed : bool
-        Whether each picture comes with its time.
-    channels : tuple of str
-        Names of those that `channel` chooses from.
-    notes : tuple of str
-        What was guessed or left out.
-    """
-
-    width: int
+    width: int  # pixels, as it is shown
     height: int
-    count: int | None = None
+    count: int | None = None  # pictures; None where only reading tells
     fps: float | None = None
     pixel_size_um: float | None = None
-    timed: bool = False
-    channels: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    timed: bool = False  # whether each picture comes with its time
+    channels: tuple[str, ...] = ()  # names of those that can be chosen
+    notes: tuple[str, ...] = ()  # what was guessed or left out
 
 
 class Planes(NamedTuple):
-    """One picture as films hold it: brightness, and colour at half the resolution.
+    """One picture as films hold it: brightness, and colour at half the resolution."""
 
-    Attributes
-    ----------
-    luma : ndarray of uint8, shape (height, width)
-    chroma : ndarray of uint8, shape (2, ceil(height/2), ceil(width/2)), or None
-    """
-
-    luma: Pixels
-    chroma: Pixels | None
+    luma: Pixels  # (height, width)
+    chroma: Pixels | None  # (2, ceil(height/2), ceil(width/2))
 
 
 class Picture(NamedTuple):
-    """One picture as it is in the file.
+    """One picture as it is in the file."""
 
-    Attributes
-    ----------
-    number : int
-        From 0; what is missing in the file is missing here.
-    time_s : float or None
-        When it is shown, seconds from the first; None where only its number tells.
-    image : Planes or ndarray, shape (height, width) or (height, width, 3)
-        Brightness, or red, green and blue; of any type.
-    """
-
-    number: int
-    time_s: float | None
-    image: Planes | NDArray[Any]
+    number: int  # from 0; what is missing in the file is missing here
+    time_s: float | None  # seconds from the first; None where only its number tells
+    image: (
+        Planes | NDArray[Any]
+    )  # or (height, width[, 3]) of grey, or red, green and blue, any type
 
 
 class Source(Protocol):
-    """A clip of some format.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
-        Of the last reading.
-    """
+    """A clip of some format."""
 
     about: About
-    problems: Problems
+    problems: Problems  # of the last reading
 
     def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
         """Read from the start; where `sparse`, some may be left out."""
@@ -190,33 +151,11 @@ def positive(value: Any) -> float | None:
 
 
 class Channels:
-    """Which of its channels is measured of a clip.
+    """Which of a clip's channels is measured: one that is asked for, by its name or number.
 
-    Parameters
-    ----------
-    path : Path
-        The clip.
-    asked_for : str or None
-        A channel's name or number.
-    separate : sequence of str
-        Names of channels that are pictures of their own, if there are several.
-    colour : bool
-        Whether its pictures have colours, which then are the channels where none are separate.
-
-    Attributes
-    ----------
-    names : tuple of str
-    plane : int
-        Which of the separate channels is measured; 0 where there are none.
-    colour : int or None
-        The one colour that is measured; None: all.
-    notes : tuple of str
-        What was chosen without being asked for.
-
-    Raises
-    ------
-    InputError
-        There is no such channel.
+    Channels are pictures of their own, if there are several names of such, or else colours. `plane`
+    tells which of the former is measured, `colour` which one of the latter, and `notes` what was
+    chosen without being asked for.
     """
 
     def __init__(
@@ -251,13 +190,7 @@ class Channels:
 
 
 def checked_size(path: Path, width: int, height: int) -> None:
-    """Refuse pictures of a size that no camera makes.
-
-    Raises
-    ------
-    InputError
-        They are too small, or so large that the file must be damaged.
-    """
+    """Refuse pictures that are too small, or so large that the file must be damaged."""
     got = f"{width} × {height} pixels"
     if min(width, height) < SMALLEST_SIDE:
         rule = f"a clip of {SMALLEST_SIDE} × {SMALLEST_SIDE} pixels or more"

@@ -63,13 +63,7 @@ def range_of(images: Iterable[NDArray[Any]]) -> Range:
 
 
 def to_bytes(image: NDArray[Any], values: Range) -> Pixels:
-    """Return a picture with 0 for black and 255 for white.
-
-    Parameters
-    ----------
-    image : ndarray
-    values : Range
-    """
+    """Return a picture with 0 for black and 255 for white."""
     if image.dtype == np.uint8:
         return image
     if image.dtype.kind in "biu" and image.dtype.itemsize <= 2 and values.black == 0.0:
