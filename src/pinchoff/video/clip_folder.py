@@ -22,7 +22,7 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import HoldsFiles, read_toml, write_text, written_aside
 from pinchoff.support.records import Shape, read_record, write_json
 from pinchoff.video.clips import Measured
-from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
+from pinchoff.video.overlay import OverlayWriter, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
 from pinchoff.video.settings import VideoSettings
 
@@ -134,8 +134,11 @@ class ClipRecorder(HoldsFiles):
             self._events.append((self._clip, event.frame, event.kind, *ends))
         self._append_outlines(seen)
         self._plugs.append(seen)
-        for thumbnail in self._thumbnails.look(seen):
-            self._write(thumbnail)
+        for over, pixels in self._thumbnails.look(seen):
+            name = thumbnail_name(over.contact_frame, over.track_id, over.obstacle_id)
+            bgr = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+            _, data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, 85])
+            (self._pictures / name).write_bytes(data.tobytes())
         if self._overlay is not None:
             self._overlay.append(seen)
 
@@ -150,12 +153,6 @@ class ClipRecorder(HoldsFiles):
             vertices = droplet.outline[::every] * self._px
             outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
         self._outlines.append(seen.frame.time_s, outlines)
-
-    def _write(self, thumbnail: Thumbnail) -> None:
-        name = thumbnail_name(thumbnail.contact_frame, thumbnail.track_id, thumbnail.obstacle_id)
-        pixels = cv2.cvtColor(thumbnail.pixels, cv2.COLOR_RGB2BGR)
-        _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 85])
-        (self._pictures / name).write_bytes(data.tobytes())
 
 
 def thumbnail_name(contact_frame: int, track_id: int, obstacle_id: int) -> str:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pinchoff.video.background import sample
 from pinchoff.video.choice import Choice, choose
-from pinchoff.video.collisions import CollisionFinder, NeckSeen
+from pinchoff.video.collisions import CollisionFinder
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.methods.function import SegmentFunction
@@ -41,7 +41,7 @@ class Measured(NamedTuple):
     droplets: list[Droplet]
     tracks: list[int]  # of each droplet
     events: list[Event]  # between the frame before and this one
-    necks: list[NeckSeen]  # of the droplets in contact
+    necks: list[Floats]  # ends of those of the droplets in contact, (2, 2)
     met: list[tuple[int, int]]  # track and obstacle of the collisions that begin here
     over: list[Encounter]
 

@@ -101,13 +101,6 @@ class _Parting(NamedTuple):
     daughters: list[Droplet]
 
 
-class NeckSeen(NamedTuple):
-    """A neck in one frame: its ends, pixels."""
-
-    track: int
-    ends: Floats
-
-
 class CollisionFinder:
     """Find the collisions of a clip while its frames go by.
 
@@ -119,8 +112,8 @@ class CollisionFinder:
 
     Attributes
     ----------
-    necks : list of NeckSeen
-        Of the droplets in contact in the last frame.
+    necks : list of ndarray, shape (2, 2)
+        Ends of the necks of the droplets in contact in the last frame, pixels.
     met : list of (int, int)
         Track and obstacle of the collisions whose first contact may be in the last frame.
     """
@@ -131,7 +124,7 @@ class CollisionFinder:
         self._tracks: dict[int, _Follower] = {}
         self._times: dict[int, float] = {}  # of the last frames
         self._partings: list[_Parting] = []
-        self.necks: list[NeckSeen] = []
+        self.necks: list[Floats] = []
         self.met: list[tuple[int, int]] = []
 
     def step(
@@ -279,7 +272,7 @@ class CollisionFinder:
         neck, i, j = thinnest_neck(droplet.outline)
         meeting.look(frame, neck, _core.shape_parameter(droplet.outline))
         if not math.isnan(neck):
-            self.necks.append(NeckSeen(meeting.track, droplet.outline[[i, j]]))
+            self.necks.append(droplet.outline[[i, j]])
 
     def _encounter(
         self,

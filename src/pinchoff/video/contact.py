@@ -62,9 +62,8 @@ def rest_begins(gaps: Sequence[float] | Floats, bound: float) -> int | None:
     """
     history = np.maximum(gaps, 0.0)
     closing = -np.diff(history)
-    for k in range(1, len(history) - _AFTER + 1):
-        if history[k] > bound:
-            continue
+    near = np.flatnonzero(history[1 : len(history) - _AFTER + 1] <= bound) + 1
+    for k in near.tolist():
         fastest = max(0.0, float(closing[max(0, k - 1 - _BEFORE) : k - 1].max(initial=0.0)))
         later = (history[k - 1] - history[k + _AFTER - 1]) / _AFTER
         if later <= _STOPPED * fastest:

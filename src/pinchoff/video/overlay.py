@@ -139,7 +139,7 @@ class OverlayWriter(HoldsFiles):
             colour = CUT if droplet.cut else TOUCHING if droplet.group >= 0 else OUTLINE
             self._line(image, droplet.outline, colour, closed=True)
         for neck in seen.necks:
-            self._line(image, neck.ends, NECK, closed=False)
+            self._line(image, neck, NECK, closed=False)
         for mark in self._marks_after(seen):
             labels.write(mark.text, (mark.x, mark.y), _MARK_AWAY, mark.colour)
         for number, (x, y, radius) in enumerate(self._obstacles):
@@ -249,15 +249,6 @@ def _legend(width: int) -> Pixels:
     return strip
 
 
-class Thumbnail(NamedTuple):
-    """A collision at its first contact and at its end, side by side."""
-
-    contact_frame: int
-    track_id: int
-    obstacle_id: int
-    pixels: Pixels  # (side, width, 3) of red, green and blue; white between the two
-
-
 class ThumbnailTaker:
     """Take two pictures of every collision while its clip is measured."""
 
@@ -265,8 +256,8 @@ class ThumbnailTaker:
         self._obstacles = obstacles
         self._before: dict[tuple[int, int], dict[int, Pixels]] = defaultdict(dict)
 
-    def look(self, seen: Measured) -> list[Thumbnail]:
-        """Take one frame, and return the pictures of the collisions that are over."""
+    def look(self, seen: Measured) -> list[tuple[Encounter, Pixels]]:
+        """Take one frame, and return the collisions that are over, each with its two pictures."""
         if not seen.met and not seen.over:
             return []
         image = rgb_of(seen.frame)
@@ -278,15 +269,14 @@ class ThumbnailTaker:
             taken[seen.frame.number] = self._around(image, pair[1])
             if len(taken) > _MOST_TAKEN:
                 del taken[min(taken)]
-        return [self._joined(encounter, image) for encounter in seen.over]
+        return [(encounter, self._joined(encounter, image)) for encounter in seen.over]
 
-    def _joined(self, over: Encounter, image: Pixels) -> Thumbnail:
-        track, obstacle = over.track_id, over.obstacle_id
-        taken = self._before.pop((track, obstacle))
+    def _joined(self, over: Encounter, image: Pixels) -> Pixels:
+        """Return contact and end side by side, (side, width, 3), with white between."""
+        taken = self._before.pop((over.track_id, over.obstacle_id))
         before = taken[min(taken, key=lambda frame: abs(frame - over.contact_frame))]
         gap = np.full((_THUMBNAIL, _BETWEEN, 3), 255, dtype=np.uint8)
-        pixels = np.hstack([before, gap, self._around(image, obstacle)])
-        return Thumbnail(over.contact_frame, track, obstacle, pixels)
+        return np.hstack([before, gap, self._around(image, over.obstacle_id)])
 
     def _around(self, image: Pixels, obstacle: int) -> Pixels:
         x, y, radius = self._obstacles[obstacle]

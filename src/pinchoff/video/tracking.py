@@ -25,8 +25,6 @@ from pinchoff.video.settings import VideoSettings
 T = TypeVar("T")
 Floats = NDArray[np.float64]
 
-EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
-
 _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
@@ -44,7 +42,7 @@ class Event(NamedTuple):
     Attributes
     ----------
     kind : str
-        One of `EVENTS`.
+        "entry", "exit", "break-up", "coalescence", "found" or "lost".
     frame : int
         The first frame after it. A daughter too small to be seen at once is reported late, with
         the frame in which its area was first missing.

@@ -56,9 +56,7 @@ class Picture(NamedTuple):
 
     number: int  # from 0; what is missing in the file is missing here
     time_s: float | None  # seconds from the first; None where only its number tells
-    image: (
-        Planes | NDArray[Any]
-    )  # or (height, width[, 3]) of grey, or red, green and blue, any type
+    image: Planes | NDArray[Any]  # or (height, width[, 3]): grey, or red, green and blue
 
 
 class Source(Protocol):
