@@ -17,7 +17,7 @@ from pinchoff.figures.html_page import Page
 from pinchoff.figures.video_histograms import diameters, histograms, timeline
 from pinchoff.support.numerals import counted, numeral
 from pinchoff.video import clip_folder
-from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
+from pinchoff.video.formats.selection import ALL_FRAMES, frame_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -199,7 +199,7 @@ def _film(clip: ClipOutcome, page: Path, frame: int) -> str:
     if not fps:
         return ""
     told = clip.result["settings"].get("frames")
-    part = ALL_FRAMES if told is None else FrameRange.read(told)
+    part = ALL_FRAMES if told is None else frame_range(told)
     second = max(0.0, (frame - part.start) / part.step / fps - _BEFORE_S)
     path = (clip.folder / clip_folder.OVERLAY).relative_to(page).as_posix()
     return f"{quote(path)}#t={second:.2f}"
