@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -118,6 +118,16 @@ def one_panel(height: float) -> Axes:
     """Return the axes of a new figure across one column, of a height in inches."""
     axes: Axes = new_figure(ONE_COLUMN, height).subplots()
     return axes
+
+
+def panels(axes: Sequence[Axes] | None, width: float, height: float, **grid: Any) -> list[Axes]:
+    """Return the axes that were given, or else those of a new figure, row by row; sizes in inches.
+
+    `grid` is what `matplotlib.figure.Figure.subplots` takes.
+    """
+    if axes is not None:
+        return list(axes)
+    return list(new_figure(width, height).subplots(squeeze=False, **grid).flat)
 
 
 @functools.cache
