@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.ticker import FixedLocator
+from matplotlib.ticker import FixedLocator, LogLocator
 
 from pinchoff.figures import style
 from pinchoff.figures.plane import (
@@ -75,7 +75,8 @@ def objective_landscape(
             axis.set_tick_params(which="minor", length=0)
             measured_in = unit if name == "neck_separation" else ""
             axis.set_label_text(" ".join([_LABELS.get(name, name), measured_in]).strip())
-        bar = axes.figure.colorbar(mesh, ax=axes, label=label, format="{x:g}")
+        ticks = LogLocator(subs=(1.0, 2.0, 5.0))
+        bar = axes.figure.colorbar(mesh, ax=axes, label=label, ticks=ticks, format="{x:g}")
         bar.ax.yaxis.set_minor_formatter("")
         return axes
 

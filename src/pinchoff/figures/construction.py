@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -103,7 +103,7 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     with style.journal_style():
         axes = style.one_panel(2.5) if axes is None else axes
         _draw_scene(axes, outlines, frame)
-        look = {"ec": palette.DROPLET_RIM, "lw": 1, "zorder": 3}
+        look: Any = {"ec": palette.DROPLET_RIM, "lw": 1, "zorder": 3}
         rim = axes.add_patch(Polygon(smooth_outline(droplet.vertices), fill=False, **look))
         base = centre + np.outer([-_FAR, _FAR], along)
         for side, color, label in (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import math
 from collections.abc import Callable, Iterable
 from html import escape
@@ -64,10 +63,7 @@ def _picture(result: Any) -> str:
     except InputError as error:
         return f"<p>no picture: {escape(str(error))}</p>"
     first: Axes = drawn[0] if isinstance(drawn, list) else drawn
-    target = io.BytesIO()
-    figure: Any = first.figure
-    figure.savefig(target, format="png", dpi=_PAGE_DOTS_PER_INCH)
-    encoded = base64.b64encode(target.getvalue()).decode()
+    encoded = base64.b64encode(style.png(first, _PAGE_DOTS_PER_INCH)).decode()
     return f"<img src='data:image/png;base64,{encoded}'>"
 
 
