@@ -61,6 +61,14 @@ export function logTicks(low, high) {
   return all;
 }
 
+/** @param {CanvasRenderingContext2D} context @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2 */
+export function line(context, x1, y1, x2, y2) {
+  context.beginPath();
+  context.moveTo(x1, y1);
+  context.lineTo(x2, y2);
+  context.stroke();
+}
+
 /** Text with a halo, legible on anything. @param {CanvasRenderingContext2D} context @param {string} text
  * @param {number} x @param {number} y @param {string} ink @param {string} [halo] */
 export function label(context, text, x, y, ink, halo = "fluid") {
