@@ -88,7 +88,7 @@ def _draw_necks(
             continue
         axes.hist(values, edges, color=color, alpha=0.65, label=f"{label}: {len(values):,}")
     if unit == "µm":
-        label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
+        label = rf"paper's $d_\text{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
         axes.axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
     axes.set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
     axes.set_ylabel("collisions")

@@ -131,8 +131,11 @@ def set_plain_ticks(axis: Axis, ticks: Sequence[float], digits: str = "g") -> No
 
 
 def _round_ticks(low: float, high: float) -> list[float]:
-    """Return 1, 2 and 5 of each decade, or 1 alone where these would be too many."""
+    """Return 1, 2 and 5 of each decade, 1 alone where these would be many, more where few."""
+    extent = math.log10(high / low)
+    steps: tuple[float, ...] = (1,) if extent >= 2.5 else (1, 2, 5)
+    if extent < 0.7:
+        steps = (1, 1.5, 2, 3, 4, 6, 8)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    steps = (1, 2, 5) if math.log10(high / low) < 2.5 else (1,)
     ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]
     return [tick for tick in ticks if low <= tick <= high]
