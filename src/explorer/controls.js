@@ -112,7 +112,9 @@ export class ParameterForm {
       else Object.assign(field, { type: "text", inputMode: "decimal" });
       const small = document.createElement("small");
       small.textContent = `${p.meaning}; ${p.rule}`;
-      box.append(labelled(field, p.name, small));
+      // A long name goes on in the next line after one of its words.
+      const name = p.name.split("_").flatMap((word, k) => (k ? ["_", document.createElement("wbr"), word] : [word]));
+      box.append(labelled(field, ...name, small));
       field.onchange = () => set({ [p.name]: model.read(p.name, field.value) });
       this.fields[p.name] = field;
     }

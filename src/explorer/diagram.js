@@ -93,7 +93,7 @@ export class Diagram {
     const key = [version, width, height, font, here?.strength, here?.symmetry, this.logarithmic, [...this.without]].join(" ");
     if (key !== this.drawn) {
       this.drawn = key;
-      this.frame = { left: 3.4 * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
+      this.frame = { left: (this.logarithmic ? 4.6 : 3.6) * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
       this.#measure();
       this.#drawAxes(context, width, height, font);
       const order = (/** @type {Point} */ p) => (p.own !== undefined ? 0 : p.small ? 1 : 2);
