@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _PANELS_A_ROW = 3
 _MARGIN = 0.15  # between what is shown and the edge of the picture [D0]
+_TITLE = 0.2  # inch: height of a title above a panel
 
 
 def snapshot_strip(
@@ -136,22 +137,15 @@ def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
 
 
 def _new_axes(count: int, window: Window) -> list[Axes]:
-    """Make a figure as wide as a page with rows of equal panels, and room for titles above."""
+    """Make a figure as wide as a page, with rows of panels and room for titles above each."""
     columns = min(count, _PANELS_A_ROW)
     rows = math.ceil(count / columns)
-    edge, gap, title = 0.03, 0.08, 0.2  # inches: round the figure, between panels, above each
-    width = (style.TWO_COLUMNS - 2 * edge - (columns - 1) * gap) / columns
-    height = width * window.height / window.width
-    total = rows * (height + title) + 2 * edge
-    figure = style.new_figure(style.TWO_COLUMNS, total, layout=None)
-    panels = []
-    for k in range(count):
-        row, column = divmod(k, columns)
-        left = edge + column * (width + gap)
-        bottom = edge + (rows - 1 - row) * (height + title)
-        box = (left / style.TWO_COLUMNS, bottom / total, width / style.TWO_COLUMNS, height / total)
-        panels.append(figure.add_axes(box))
-    return panels
+    height = style.TWO_COLUMNS / columns * window.height / window.width + _TITLE
+    figure = style.new_figure(style.TWO_COLUMNS, rows * height, layout="compressed")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for spare in panels[count:]:
+        spare.remove()
+    return panels[:count]
 
 
 def _draw_snapshot(
