@@ -210,6 +210,6 @@ export class Diagram {
 }
 
 /** @param {Point} point */
-export function drawable(point) {
+function drawable(point) {
   return point.strength > 0 && Number.isFinite(point.strength) && Number.isFinite(point.symmetry);
 }

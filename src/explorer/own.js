@@ -62,7 +62,8 @@ export class OwnData {
       Object.entries(this.filters).every(([name, condition]) => {
         const value = this.payload.values[name]?.[row] ?? null;
         if (typeof condition === "string") return String(value) === condition;
-        return (condition.low === null && condition.high === null) || (value !== null && value >= (condition.low ?? -Infinity) && value <= (condition.high ?? Infinity));
+        const { low, high } = condition;
+        return value === null ? low === -Infinity && high === Infinity : value >= low && value <= high;
       });
     ++this.version;
     this.points = [];
@@ -76,7 +77,7 @@ export class OwnData {
     }
     const words = [`${this.points.length.toLocaleString("en")} of ${this.count.toLocaleString("en")} collisions`];
     if (unplaced) words.push(`${unplaced} without a place in the diagram, because S or Ca Ã z̃ is not known`);
-    this.byId("own-word").textContent = [words.join("; "), ...(this.payload.words ?? [])].join(". ") + ".";
+    this.byId("own-word").textContent = [words.join("; "), ...this.payload.words].join(". ") + ".";
     this.page.redraw();
   }
 
@@ -125,14 +126,14 @@ export class OwnData {
 
   /** @param {string} name */
   #range(name) {
-    const condition = (this.filters[name] = { low: /** @type {number | null} */ (null), high: /** @type {number | null} */ (null) });
-    const numbers = /** @type {number[]} */ (this.payload.values[name]).filter((value) => value !== null);
+    const condition = (this.filters[name] = { low: -Infinity, high: Infinity });
+    const numbers = this.payload.values[name].filter((value) => value !== null);
     const ends = numbers.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
     return /** @type {const} */ (["low", "high"]).map((end, k) => {
       const field = Object.assign(document.createElement("input"), { type: "number", step: "any", placeholder: numbers.length ? shown(ends[k]) : "" });
       field.setAttribute("aria-label", `${name}, ${k ? "at most" : "at least"}`);
       field.oninput = () => {
-        condition[end] = Number.isFinite(field.valueAsNumber) ? field.valueAsNumber : null;
+        condition[end] = Number.isFinite(field.valueAsNumber) ? field.valueAsNumber : [-Infinity, Infinity][k];
         this.#filter();
       };
       return field;
@@ -141,9 +142,10 @@ export class OwnData {
 
   /** @param {string} name @param {string} [value] */
   #choice(name, value) {
-    const words = [...new Set(/** @type {any[]} */ (this.payload.values[name]).map(String))].sort().slice(0, 500);
+    const words = [...new Set(this.payload.values[name].map(String))].sort().slice(0, 500);
     const select = document.createElement("select");
-    select.append(...words.map((word) => new Option(word.length > 40 ? `${word.slice(0, 39)}…` : word || "(empty)", word)));
+    const told = (/** @type {string} */ word) => (word === "null" ? "(not known)" : word.length > 40 ? `${word.slice(0, 39)}…` : word || "(empty)");
+    select.append(...words.map((word) => new Option(told(word), word)));
     select.value = value !== undefined && words.includes(value) ? value : words[0] ?? "";
     this.filters[name] = select.value;
     select.onchange = () => {
@@ -173,9 +175,8 @@ export class OwnData {
 
   /** @param {number} row */
   #picture(row) {
-    const source = this.payload.thumbnails[row];
-    if (!source) return null;
-    return Object.assign(document.createElement("img"), { src: source, alt: `Frames of collision ${row}` });
+    const src = this.payload.thumbnails[row];
+    return src ? Object.assign(document.createElement("img"), { src, alt: `Frames of collision ${row}` }) : null;
   }
 
   /** @param {number} row */

@@ -13,7 +13,7 @@ const CONTACT_SHOWN = 0.3;
 const STREAKS = 130;
 
 /** What part of the plane is seen. @param {number} radius @param {number} offset @param {number} width @param {number} height px */
-export function viewOf(radius, offset, width, height) {
+function viewOf(radius, offset, width, height) {
   const left = -radius - (width < 500 ? 1.5 : 1.9);
   const right = radius <= 1.5 ? radius + (width < 500 ? 1.6 : 2.3) : -radius + 3.2;
   const tall = 2 * (Math.abs(offset) + 0.62); // the droplet's start is in view

@@ -40,7 +40,7 @@ Facts = list[tuple[str, str]]
 
 def plot(result: Any, axes: Any = None, **options: Any) -> Any:
     """Draw a result with the figure of its kind."""
-    return _SHOWN[type(result).__name__][0](result, axes, **options)
+    return _SHOWN[type(result).__name__][0](result, axes=axes, **options)
 
 
 def html(result: Any) -> str:
@@ -68,11 +68,7 @@ def _picture(result: Any) -> str:
 
 
 def _plot_collision(collision: Collision, axes: Any, **options: Any) -> list[Axes]:
-    return _plot_outlines(collision.recorded(), axes, **options)
-
-
-def _plot_outlines(outlines: Outlines, axes: Any, **options: Any) -> list[Axes]:
-    return snapshot_strip(outlines, axes=axes, **options)
+    return snapshot_strip(collision.recorded(), axes=axes, **options)
 
 
 def _plot_fit(fit: LawFit, axes: Any, kind: str = "probability") -> Axes | list[Axes]:
@@ -202,7 +198,7 @@ def _counted(name: str, reasons: dict[str, int]) -> Iterable[tuple[str, str]]:
 
 _SHOWN: dict[str, tuple[Callable[..., Any], Callable[[Any], Facts]]] = {
     "Collision": (_plot_collision, _facts_of_collision),
-    "Outlines": (_plot_outlines, _facts_of_outlines),
+    "Outlines": (snapshot_strip, _facts_of_outlines),
     "LawFit": (_plot_fit, _facts_of_fit),
     "Boundary": (_plot_boundary, _facts_of_boundary),
     "Calibration": (calibrated_line, _facts_of_calibration),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -320,7 +321,8 @@ def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
         eldest = [next(reversed([*ancestors(family, k)]), k) for k in family.index]
         if not eldest:
             return axes
-        first = max(set(eldest), key=lambda k: (eldest.count(k), -k))
+        counts = Counter(eldest)
+        first = max(counts, key=lambda k: (counts[k], -k))
         members = family[np.array(eldest) == first].head(_MEMBERS)  # by birth
         heights = _heights(members, int(first))
         merged = members[members["other_parent"] >= 0]

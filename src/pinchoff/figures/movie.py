@@ -31,13 +31,13 @@ _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
 _QUALITY = 18  # constant rate factor of x264: no visible loss
 _BUTTONS = {
     "minus": "−",
-    "fast-backward": "⏮",
+    "fast-backward": "|◀",
     "step-backward": "◁|",
     "play fa-flip-horizontal": "◀",
     "play": "▶",
     "pause": "❚❚",
     "step-forward": "|▷",
-    "fast-forward": "⏭",
+    "fast-forward": "▶|",
     "plus": "+",
 }
 """What stands on the buttons of a player, by the names of their icons in matplotlib's page."""
