@@ -166,9 +166,13 @@ def _draw_snapshot(
 
 def _draw_neck(axes: Axes, outlines: Outlines, droplets: Sequence[Outline]) -> None:
     """Draw the thinnest chord among the droplets."""
-    necks = [outlines.neck(droplet) for droplet in droplets]
-    thinnest = min(range(len(necks)), key=lambda k: necks[k][0])
-    thickness, i, j = necks[thinnest]
+    necks = [(*outlines.neck(droplet), droplet) for droplet in droplets]
+    thickness, i, j, droplet = min(necks, key=lambda neck: neck[0])
     if math.isfinite(thickness):
-        ends = droplets[thinnest].vertices[[i, j]]
-        axes.plot(*ends.T, color=palette.NECK, lw=2, solid_capstyle="round", zorder=3.5)
+        axes.plot(
+            *droplet.vertices[[i, j]].T,
+            color=palette.NECK,
+            lw=2,
+            solid_capstyle="round",
+            zorder=3.5,
+        )
