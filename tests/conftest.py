@@ -48,6 +48,14 @@ def ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture(scope="session", autouse=True)
+def coarse_pictures() -> None:
+    """Draw pictures with a fifth of their dots: what they show is the same, in half the time."""
+    from pinchoff.figures import style
+
+    style.DOTS_PER_INCH = 60
+
+
 @pytest.fixture
 def refused() -> Callable[..., po.InputError]:
     """Call something that must refuse its input, and return the error, checked for its form."""

@@ -12,7 +12,7 @@ from pinchoff.cli import main
 from pinchoff.studies.calibration import evaluation
 
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
-QUICK = ["--points", 3, "--width", 0.03, "--scan", 6, "--evaluations", 3]
+QUICK = ["--points", 3, "--width", 0.1, "--scan", 6, "--evaluations", 3]
 LANDSCAPES = [
     "landscape_edge_stiffness_neck_separation.png",
     "landscape_neck_separation_neck_thickness.png",
