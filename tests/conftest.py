@@ -65,6 +65,14 @@ def browser() -> Iterator[Any]:
         chromium.close()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def coarse_pictures() -> None:
+    """Draw pictures with a fifth of their dots: what they show is the same, in half the time."""
+    from pinchoff.figures import style
+
+    style.DOTS_PER_INCH = 60
+
+
 @pytest.fixture
 def refused() -> Callable[..., po.InputError]:
     """Call something that must refuse its input, and return the error, checked for its form."""

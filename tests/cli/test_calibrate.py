@@ -10,7 +10,7 @@ import pytest
 from pinchoff.cli import main
 from pinchoff.studies.calibration import evaluation
 
-QUICK = ["--points", 3, "--width", 0.03, "--scan", 6, "--evaluations", 3]
+QUICK = ["--points", 3, "--width", 0.1, "--scan", 6, "--evaluations", 3]
 LANDSCAPES = [
     "landscape_edge_stiffness_neck_separation.png",
     "landscape_neck_separation_neck_thickness.png",
