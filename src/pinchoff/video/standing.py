@@ -162,9 +162,7 @@ def picture_moved(
     ways = np.array(shifts)[moved]
     lengths = np.hypot(*ways.T)
     farthest = moved[int(lengths.argmax())]
-    found = PictureMoved(
-        float(lengths.max()), some[farthest][0].number, some[farthest][1].number
-    )
+    found = PictureMoved(float(lengths.max()), some[farthest][0].number, some[farthest][1].number)
     to_and_fro = np.hypot(*ways.sum(axis=0)) <= _TO_AND_FRO * lengths.sum()
     if len(moved) > 2 and to_and_fro and float(np.median(left)) < _TOGETHER:
         return found

@@ -126,9 +126,7 @@ class SpotSegmenter:
         first.about = about = first.about._replace(levels=tuple(levels.tolist()))
         seen = {frame.number: first._spots(first._darkness(frame)) for frame in frames}
         shown = [
-            spot
-            for spots in seen.values()
-            for spot in one_a_droplet(spots, frames[0].luma.shape)
+            spot for spots in seen.values() for spot in one_a_droplet(spots, frames[0].luma.shape)
         ]
         faintest = _FAINT * _usual_contrast(shown)
         shown = [spot for spot in shown if spot.contrast >= faintest]
