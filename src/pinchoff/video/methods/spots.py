@@ -55,7 +55,7 @@ _STEP = 0.5  # along rays, pixels
 _ON = 2.0  # pixels beyond the border, where another part of the spot may go on
 _ASTRAY = 3  # rays on either side of one that may go astray
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
-_FAINT_CUT = 0.3  # of the contrast of whole ones, that of one which the frame cuts
+_FAINT, _FAINT_CUT = 0.1, 0.3  # of the usual contrast, that of a spot, and of one that is cut
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
@@ -89,6 +89,8 @@ class SpotSegmenter:
     about : Surroundings
     largest_cut : float
         Of what the frame cuts, pixels: what is larger lies beyond a wall.
+    faintest : float
+        Least contrast, grey levels: fainter are shades of the light and of a codec's blocks.
     """
 
     def __init__(
@@ -98,9 +100,11 @@ class SpotSegmenter:
         minimum_area: float,
         about: Surroundings,
         largest_cut: float = math.inf,
+        faintest: float = 0.0,
     ) -> None:
         self.signal, self.window, self.about = signal, window, about
         self.minimum_area, self._largest_cut = minimum_area, largest_cut
+        self._faintest = faintest
         self._shown: list[tuple[float, float]] = []  # area and level of each spot that was kept
         self._seen: dict[int, list[_Spot]] = {}  # in the frames from which it was learned
 
@@ -122,14 +126,15 @@ class SpotSegmenter:
         first.about = about = first.about._replace(levels=tuple(levels.tolist()))
         seen = {frame.number: first._spots(first._darkness(frame)) for frame in frames}
         shown = [
-            (spot.area, spot.level)
-            for spots in seen.values()
-            for spot in one_a_droplet(spots, frames[0].luma.shape)
+            spot for spots in seen.values() for spot in one_a_droplet(spots, frames[0].luma.shape)
         ]
+        faintest = _FAINT * _usual_contrast(shown)
+        shown = [spot for spot in shown if spot.contrast >= faintest]
         standing = standing_rows([rows_of(here) for here in seen.values()])
-        about = about._replace(levels=_levels_of(shown), standing=standing)
-        learned = cls(signal, window, minimum_area, about)
-        learned._shown, learned._seen = shown, seen
+        sizes = [(spot.area, spot.level) for spot in shown]
+        about = about._replace(levels=_levels_of(sizes), standing=standing)
+        learned = cls(signal, window, minimum_area, about, faintest=faintest)
+        learned._shown, learned._seen = sizes, seen
         return learned
 
     def forget(self) -> None:
@@ -146,7 +151,7 @@ class SpotSegmenter:
         """
         levels = _levels_of([each for each in self._shown if each[0] >= area])
         about = self.about._replace(levels=levels) if levels else self.about
-        return SpotSegmenter(self.signal, self.window, area, about, largest_cut)
+        return SpotSegmenter(self.signal, self.window, area, about, largest_cut, self._faintest)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
@@ -156,7 +161,7 @@ class SpotSegmenter:
             seen = self._spots(dark)
         else:
             seen = [spot for spot in seen if spot.level in self.about.levels]
-        spots = [spot for spot in seen if not self.about.stands(spot) and not self._is_beyond(spot)]
+        spots = [spot for spot in seen if self._may_be_droplet(spot)]
         height, width = dark.shape
         kept = _without_faint_cut(one_a_droplet(spots, dark.shape))
         owner = np.full(dark.shape, -1, dtype=np.int16)
@@ -192,8 +197,9 @@ class SpotSegmenter:
             if droplet is not None
         ]
 
-    def _is_beyond(self, spot: _Spot) -> bool:
-        return bool(spot.area > self._largest_cut and spot.border.at_edge.any())
+    def _may_be_droplet(self, spot: _Spot) -> bool:
+        beyond = spot.area > self._largest_cut and spot.border.at_edge.any()
+        return spot.contrast >= self._faintest and not beyond and not self.about.stands(spot)
 
     def _darkness(self, frame: Frame) -> Image:
         image = self.signal.of(frame)
@@ -298,6 +304,15 @@ def _without_faint_cut(spots: Sequence[_Spot]) -> list[_Spot]:
     whole = [spot.contrast for spot in spots if not spot.border.at_edge.any()]
     least = _FAINT_CUT * float(np.median(whole)) if whole else 0.0
     return [spot for spot in spots if spot.contrast >= least or not spot.border.at_edge.any()]
+
+
+def _usual_contrast(spots: Sequence[_Spot]) -> float:
+    """Return the median contrast, weighted by area: there are many faint specks, but small ones."""
+    if not spots:
+        return 0.0
+    spots = sorted(spots, key=lambda spot: spot.contrast)
+    covered = np.cumsum([spot.area for spot in spots])
+    return spots[int(np.searchsorted(covered, 0.5 * covered[-1]))].contrast
 
 
 def _levels_of(shown: Sequence[tuple[float, float]]) -> tuple[float, ...]:
