@@ -22,7 +22,7 @@ CoreNumber = Callable[[Any], float]
 """What the compiled core takes for a parameter, from all the parameters of a run."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Entry(Explanation):
     """What is known of one parameter, beside its type.
 
