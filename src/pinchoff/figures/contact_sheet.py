@@ -43,19 +43,9 @@ class Picture(NamedTuple):
 
 
 def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture]) -> int:
-    """Write a sheet of pictures, four collisions a row.
+    """Write a sheet of pictures as PNG, four collisions a row; return how many are on it.
 
-    Parameters
-    ----------
-    path : path
-        The sheet, ``.png``; it appears when it is complete.
-    pictures : sequence of Picture
-        Those whose file is missing are left out.
-
-    Returns
-    -------
-    int
-        How many are on it.
+    Those whose file is missing are left out. The sheet appears when it is complete.
     """
     existing = (one for one in pictures[:MOST_PICTURES] if one.path.exists())
     read = ((cv2.imread(str(picture.path)), picture.label) for picture in existing)

@@ -48,18 +48,10 @@ def droplets_in_array(
     color: Literal["generation", "size"] = "generation",
     periodic: str = "y",
 ) -> Axes:
-    """Draw the droplets of one frame among the pillars, coloured by generation or size.
+    """Draw the droplets of one frame, at a time in t0, among the pillars.
 
-    Parameters
-    ----------
-    droplets : sequence of Outline
-    array : PillarArray
-    time : float
-        Of the frame, t0.
-    color : {"generation", "size"}, optional
-        Number of break-ups in a droplet's ancestry, or its diameter.
-    periodic : str, optional
-        Axes along which the cell repeats itself.
+    A colour is the number of break-ups in a droplet's ancestry, or its diameter. `periodic` are
+    the axes along which the cell repeats itself.
     """
     with style.journal_style():
         wide = style.TWO_COLUMNS
@@ -102,15 +94,7 @@ def droplet_shapes(
 ) -> PolyCollection:
     """Return droplets as smooth shapes, with those that reach in across the cell's edges.
 
-    Parameters
-    ----------
-    droplets : sequence of n Outline
-    array : PillarArray
-    periodic : str
-    shades : ndarray, shape (n, 4)
-        Their colours.
-    rim : float, optional
-        Width of the line round each, points.
+    Each has its colour, (n, 4), and a rim in points.
     """
     size = np.array([array.length, array.width])
     shapes, colors = [], []
@@ -172,15 +156,10 @@ def size_distribution(study: SizeStudy) -> Axes:
 
 
 def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
-    """Draw the mean diameter and that weighted by area against what was varied.
+    """Draw the mean diameter and that weighted by area, D0, against what was varied.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A row a run: the varied keys, mean_diameter and weighted_diameter with their errors, D0.
-    varied : sequence of str
-        Its keys; the first one with numbers is along x, and there is a line for each combination
-        of the others.
+    The table has a row a run. The first of the varied keys with numbers is along x, and there is
+    a line for each combination of the others.
     """
     with style.journal_style():
         panels = style.panels(None, style.TWO_COLUMNS, 2.6, ncols=2, sharey=True)
@@ -231,20 +210,10 @@ def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> A
 
 
 def contact_breakups(contacts: pd.DataFrame, isolated: pd.DataFrame | None = None) -> Axes:
-    """Draw the share of the contacts that broke the droplet against Bk, with the paper's law.
+    """Draw the share of contacts, of `contact_outcomes`, that broke the droplet against Bk.
 
-    Parameters
-    ----------
-    contacts : DataFrame
-        Of `contact_outcomes`.
-    isolated : DataFrame, optional
-        Of `isolated_pillar`. A second panel then has Bk over that of a pillar alone in the same
-        flow, for a droplet of the same diameter.
-
-    Returns
-    -------
-    Axes
-        The first panel.
+    With `isolated`, of `isolated_pillar`, a second panel has Bk over that of a pillar alone in the
+    same flow, for a droplet of the same diameter. Returns the first panel.
     """
     columns, wide = (1, style.ONE_COLUMN) if isolated is None else (2, style.TWO_COLUMNS)
     with style.journal_style():
@@ -278,13 +247,7 @@ def _broken_shares(
 
 
 def pair_contacts(events: pd.DataFrame) -> Axes:
-    """Draw the contacts of two droplets that have ended: their duration and their clock.
-
-    Parameters
-    ----------
-    events : DataFrame
-        Of an `Emulsion` with a coalescence.
-    """
+    """Draw the contacts of two droplets that have ended: their duration and their clock."""
     with style.journal_style():
         axes = style.one_panel(2.5)
         axes.set(xscale="log", yscale="log")  # first: no contact has limits that suit it
@@ -307,12 +270,7 @@ def pair_contacts(events: pd.DataFrame) -> Axes:
 def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
     """Draw the droplet with the most descendants, and the first of them: time along, a line each.
 
-    Parameters
-    ----------
-    family : DataFrame
-        Of `lineage`.
-    end : float
-        Of the run, t0.
+    The family is one of `lineage`, and the run ends at `end`, t0.
     """
     with style.journal_style():
         axes = style.one_panel(2.5)

@@ -54,7 +54,7 @@ def write_emulsion_film(
     periodic: str = "y",
     progress: Callable[[float], object] | None = None,
 ) -> int:
-    """Film a run as H.264 (yuv420p, 1280 pixels wide) in an MP4 file.
+    """Film a run as H.264 (yuv420p, 1280 pixels wide) in an MP4 file; return how many frames.
 
     Parameters
     ----------
@@ -71,11 +71,6 @@ def write_emulsion_film(
         Axes along which the cell repeats itself.
     progress : callable, optional
         Called after every frame with its time, t0.
-
-    Returns
-    -------
-    int
-        How many frames it has.
 
     Raises
     ------

@@ -102,14 +102,7 @@ class Page:
         self._body.append(f"<p>{formula(text, display=True)}</p>")
 
     def link(self, text: str, target: str) -> None:
-        """Add a link to a file in the folder of the page.
-
-        Parameters
-        ----------
-        text : str
-        target : str
-            Name of the file.
-        """
+        """Add a link to a file in the folder of the page, by the file's name."""
         self._body.append(f'<p><a href="{escape(quote(target))}">{escape(text)}</a></p>')
 
     def table(

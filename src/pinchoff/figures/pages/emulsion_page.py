@@ -51,19 +51,9 @@ def emulsion_page(
 ) -> Page:
     """Return the page.
 
-    Parameters
-    ----------
-    design : EmulsionDesign
-    run : Emulsion
-    study : SizeStudy
-    trust : Trust or None
-        None: outlines were not kept.
-    contacts : DataFrame
-        Of `contact_outcomes`.
-    isolated : DataFrame or None
-        Of `isolated_pillar`. None: there is no such line for this run.
-    links : mapping of str to str
-        Names of the files beside the page that it leads to, by what is said of each.
+    There is no `trust` where outlines were not kept, and no `isolated`, of `isolated_pillar`,
+    where this run has no such line. `contacts` are those of `contact_outcomes`; `links` has names
+    of files beside the page, by what is said of each.
     """
     counts = run.balance
     merges = f"{counts['merges']:.0f} merges, " if design.coalescence else ""
@@ -183,14 +173,8 @@ def _tell_merging(
 def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Page:
     """Return the page of several runs.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A row a run, of `summary_row`.
-    varied : sequence of str
-        Which of its columns are what was varied.
-    page_name : str
-        Of the page in each run's folder.
+    The table has a row a run, of `summary_row`; `varied` are those of its columns that were
+    varied, and `page_name` is that of the page in each run's folder.
     """
     page = Page(
         "Droplets through arrays of pillars",
