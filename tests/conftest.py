@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import re
@@ -36,7 +37,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def attacks(request: pytest.FixtureRequest) -> int:
     """How many random inputs an attack tries."""
-    return request.config.getoption("--attacks") or 60
+    return request.config.getoption("--attacks") or 45
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -46,6 +47,13 @@ def ctrl_c() -> None:
     Programs in the background of a script, or behind nohup, begin with it ignored.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def imports_are_kept() -> None:
+    """Let the collector of garbage pass over modules and tests, which stay to the end."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
