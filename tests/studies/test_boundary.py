@@ -143,6 +143,9 @@ def test_a_scan_goes_on_until_droplets_hardly_touch():
     assert symmetry_at(REACH) > GLANCING
     assert max(offset for _, offset in oracle.batches[0]) == pytest.approx(REACH)
     assert len(oracle.batches[1]) == 13
+    furthest = [max(offset for _, offset in batch) for batch in oracle.batches]
+    assert symmetry_at(furthest[1]) < GLANCING or math.isnan(symmetry_at(furthest[1]))
+    assert max(furthest[2:]) < furthest[1]  # and no further than that
     assert bracket.status == "found"
     assert bracket.unbroken.symmetry <= 0.1 < bracket.broke.symmetry
 
