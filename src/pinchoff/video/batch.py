@@ -357,11 +357,7 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     table["collision_id"] = range(len(table))
     table.attrs["units"] = tables[0].attrs["units"]
     write_encounters(table, out / clip_folder.COLLISIONS)
-    for name, columns in (
-        (clip_folder.TRACKS, clip_folder.TRACK_COLUMNS),
-        (clip_folder.EVENTS, clip_folder.EVENT_COLUMNS),
-        (clip_folder.PLUGS, clip_folder.PLUG_COLUMNS),
-    ):
+    for name, columns in clip_folder.STREAMED.items():
         with TableWriter(out / name, columns) as together:
             for clip in clips:
                 with pq.ParquetFile(clip.folder / name) as one:
