@@ -90,12 +90,10 @@ class Passage:
         """Return points of the run, (n, 2) in D0 with y up, in pixels with y down."""
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         along, up = points[:, 0] * self.unit_px, points[:, 1] * self.unit_px
-        return np.column_stack(
-            [
-                self.origin[0] + cosine * along + sine * up,
-                self.origin[1] + sine * along - cosine * up,
-            ]
-        )
+        placed = np.empty_like(points)
+        placed[:, 0] = self.origin[0] + cosine * along + sine * up
+        placed[:, 1] = self.origin[1] + sine * along - cosine * up
+        return placed
 
     def droplets_at(self, time_s: float) -> list[tuple[int, Floats]]:
         """Return (droplet_id, vertices (n, 2) in pixels) of every droplet at a time of the clip."""
