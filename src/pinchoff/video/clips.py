@@ -159,10 +159,10 @@ def _unsteady(choice: Choice) -> str:
         return ""
     pixels, first, last = choice.moved
     return (
-        f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: what "
-        "is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by as much; "
-        "align the frames first (in ImageJ: Linear Stack Alignment), or film from a stage that "
-        "stands still"
+        f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: "
+        "what is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by as "
+        "much; align the frames first (in ImageJ: Linear Stack Alignment), or film from a stage "
+        "that stands still"
     )
 
 

@@ -113,8 +113,8 @@ class VideoSettings(Checked):
     maximum_diameter_um : float, optional
         The largest droplet of a packed scene, µm; by default a third of the image's shorter side.
     rim_contrast : float
-        Least brightening across the rim of one, as a fraction of the way from the frame's darkest to
-        its light.
+        Least brightening across the rim of one, as a fraction of the way from the frame's darkest
+        to its light.
     rim_score : float
         How round, even and closed its rim must be, from 0 to 1, that of a sharp black ring.
     obstacles : tuple of (x, y, radius), optional
