@@ -15,10 +15,9 @@ import numpy as np
 
 from pinchoff.video.background import Background, Sample, median_background
 from pinchoff.video.droplets import Segmenter
-from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.function import FunctionSegmenter, SegmentFunction, function_name
 from pinchoff.video.methods.rings import RingSegmenter
-from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.methods.surroundings import LevelSegmenter
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import SMALLEST_DROPLET_PX, SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import best_channel, strong_tint
@@ -162,7 +161,7 @@ def _usual_area(trial: Trial) -> float | None:
 def _without_small(trial: Trial, *, given: bool) -> Trial:
     """Let a method leave out what is much smaller than its droplets usually are, unless `given`."""
     segmenter, usual = trial.segmenter, _usual_area(trial)
-    if usual is None or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+    if usual is None or not isinstance(segmenter, LevelSegmenter):
         return trial
     whole = [droplet.area for found in trial.found for droplet in found if not droplet.cut]
     largest = _LARGEST_CUT * max(whole)

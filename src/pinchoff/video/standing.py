@@ -155,7 +155,7 @@ def picture_moved(
     places = np.linspace(0, len(pairs) - 1, min(_PAIRS, len(pairs)))
     some = [pairs[round(place)] for place in places.tolist()]
     shifts = [_shift(*pair) for pair in some]
-    left = [_left_over(*pair, shift) for pair, shift in zip(some, shifts, strict=True)]
+    left = [_left_over(one, other, shift) for (one, other), shift in zip(some, shifts, strict=True)]
     moved = [k for k, share in enumerate(left) if share < _EXPLAINED]
     if 2 * len(moved) <= len(some):
         return None
@@ -181,7 +181,8 @@ def _shift(one: Frame, other: Frame) -> tuple[float, float]:
     """Return how far most of what is in a frame is to the right and down in another, pixels."""
     height, width = one.luma.shape
     window = cv2.createHanningWindow((width, height), cv2.CV_32F)
-    (x, y), _ = cv2.phaseCorrelate(*_images((one, other)), window)
+    first, last = _images((one, other))
+    (x, y), _ = cv2.phaseCorrelate(first, last, window)
     return float(x), float(y)
 
 

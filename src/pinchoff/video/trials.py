@@ -13,9 +13,8 @@ import numpy as np
 
 from pinchoff.video.background import Background
 from pinchoff.video.droplets import Droplet, Segmenter
-from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.packed import RimSegmenter
-from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.methods.surroundings import LevelSegmenter
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
@@ -206,7 +205,7 @@ class Contest:
 
 def _forgetting(trial: Trial) -> Trial:
     """Let a method go of what it saw in the frames from which it learned: that takes memory."""
-    if isinstance(trial.segmenter, EnclosedSegmenter | SpotSegmenter):
+    if isinstance(trial.segmenter, LevelSegmenter):
         trial.segmenter.forget()
     return trial
 
