@@ -112,3 +112,21 @@ def test_the_channels_are_as_wide_as_asked(paper):
         cut = shapely.intersection(paper.layout.fluid, shapely.LineString([(x, -1e5), (x, 1e5)]))
         middle = [part for part in shapely.get_parts(cut) if part.distance(Point(x, 0)) == 0]
         assert middle[0].length == pytest.approx(width)
+
+
+def test_marks_have_their_shapes_and_lie_between_channels_and_edge(paper):
+    marks, (left, low, right, high) = paper.layout.marks, paper.layout.outline.bounds
+    crosses = marks["alignment"].geoms
+    assert len(crosses) == 4
+    for cross in crosses:
+        assert cross.area == pytest.approx(2 * 600 * 50 - 50**2)  # two bars, their middle once
+        assert cross.bounds[2] - cross.bounds[0] == cross.bounds[3] - cross.bounds[1] == 600
+    inset = paper.mask.margin_um / 2
+    corners = shapely.box(left + inset, low + inset, right - inset, high - inset).exterior
+    for cross in crosses:
+        assert min(math.dist(cross.centroid.coords[0], xy) for xy in corners.coords) < 1.0
+    bar = max(marks["scale_bar"].geoms, key=lambda part: part.bounds[2] - part.bounds[0])
+    assert (bar.area, bar.bounds[2] - bar.bounds[0]) == (1000 * 80, 1000)
+    for name in ("alignment", "scale_bar", "label"):
+        assert paper.layout.outline.contains(marks[name])
+        assert not marks[name].intersects(paper.layout.fluid)

@@ -158,13 +158,7 @@ def measure_videos(
 
 
 def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
-    """Return the clips by their names; a folder that holds films or stacks stands for these.
-
-    Raises
-    ------
-    InputError
-        There are none, or two have the same name.
-    """
+    """Return the clips by their names; a folder that holds films or stacks stands for these."""
     found: dict[str, Path] = {}
     for given in map(Path, clips):
         for path in _clips_in(given) or [given]:
@@ -197,29 +191,15 @@ def _name_of(path: Path) -> str:
 
 
 class Job(NamedTuple):
-    """One clip that is to be measured.
-
-    Attributes
-    ----------
-    source, folder : Path
-        The clip, and where its results go.
-    name : str
-    settings : VideoSettings
-    overlay : bool
-        Whether to write an annotated clip.
-    processes : int
-        How many look at its frames at the same time.
-    segment : callable or None
-        The user's own segmentation.
-    """
+    """One clip that is to be measured."""
 
     source: Path
-    folder: Path
+    folder: Path  # where its results go
     name: str
     settings: VideoSettings
-    overlay: bool
-    processes: int = 1
-    segment: SegmentFunction | None = None
+    overlay: bool  # whether to write an annotated clip
+    processes: int = 1  # that look at its frames at the same time
+    segment: SegmentFunction | None = None  # the user's own
 
 
 def _frame_count(jobs: Sequence[Job]) -> int | None:
@@ -243,13 +223,8 @@ def measure_to_folder(
 ) -> ClipOutcome:
     """Measure one clip into its folder, unless it is there already.
 
-    Nothing is raised for a clip that cannot be measured, whatever is wrong with it.
-
-    Parameters
-    ----------
-    job : Job
-    count : callable, optional
-        Called with the number of frames that are done.
+    Nothing is raised for a clip that cannot be measured, whatever is wrong with it. `count` is
+    called with the number of frames that are done.
     """
     existed = job.folder.exists()
     try:
@@ -326,15 +301,14 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
     stamps = clip_folder.file_stamps(job.source)
     clip = clip_of(job.source, job.settings)
     settings, _ = scaled(clip, job.settings)
-    fps = overlay_fps(clip)
+    fps = overlay_fps(clip) if job.overlay else None
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     with ExitStack() as files:
         recorders: list[clip_folder.ClipRecorder] = []
 
-        def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
-            shown = fps if job.overlay else None
-            recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
+        def begin(_: Choice, obstacles: Any) -> Callable[[Measured], object]:
+            recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, fps)
             recorders.append(files.enter_context(recorder))
             frames = itertools.count(1)
 
@@ -358,7 +332,7 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
         "files": stamps,
         "frames": result.frame_count,
         "duration_s": result.duration_s,
-        "overlay_fps": fps if job.overlay else None,
+        "overlay_fps": fps,
         "tracks": result.track_count,
         "plugs_per_s": rate,
         "obstacles": result.obstacles.tolist(),

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
+from pinchoff.video.formats.selection import ALL_FRAMES, frame_range
 from pinchoff.video.reading import DEFAULT_FPS, Clip
 from pinchoff.video.settings import VideoSettings
 
@@ -22,7 +22,7 @@ def clip_of(path: Path, settings: VideoSettings) -> Clip:
     InputError
         It cannot be read, or has no such part.
     """
-    wanted = ALL_FRAMES if settings.frames is None else FrameRange.read(settings.frames)
+    wanted = ALL_FRAMES if settings.frames is None else frame_range(settings.frames)
     return Clip(path, settings.fps, wanted, settings.crop, settings.channel)
 
 

@@ -22,10 +22,10 @@ from contextlib import contextmanager
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from pinchoff.video.droplets import Droplet
+    from pinchoff.video.droplets import Droplet, Segmenter
     from pinchoff.video.reading import Frame
 
 Job = TypeVar("Job")
@@ -39,19 +39,11 @@ _GRACE_S = 5.0  # for a worker to leave its work in order
 _CONTEXT: SpawnContext = multiprocessing.get_context("spawn")
 
 
-class Finds(Protocol):
-    """What finds the droplets of a frame, whatever came before it."""
-
-    def droplets(self, frame: Frame) -> list[Droplet]:
-        """Return the droplets of a frame."""
-        ...
-
-
 class _Worker:
     """What a process knows of its work; set when it starts."""
 
     counts: Any = None
-    segmenter: Finds
+    segmenter: Segmenter
     busy = False
     stopping = False
 
@@ -205,18 +197,12 @@ def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k
 
 
 def segmented(
-    frames: Iterable[Frame], segmenter: Finds, processes: int
+    frames: Iterable[Frame], segmenter: Segmenter, processes: int
 ) -> Iterator[tuple[Frame, list[Droplet]]]:
-    """Yield every frame with its droplets, in order.
+    """Yield every frame with its droplets, in order; with one process all is done here.
 
-    Parameters
-    ----------
-    frames : iterable of Frame
-    segmenter : Finds
-        Is copied to the processes. One that cannot be, as a function of a user's script, works
-        here.
-    processes : int
-        How many look for droplets at a time; with one it is done here.
+    The segmenter is copied to the processes; one that cannot be, as a function of a user's script,
+    works here.
     """
     copied = _copied(segmenter) if processes > 1 else b""
     if not copied:
@@ -235,7 +221,7 @@ def segmented(
             yield first, found.result()
 
 
-def _copied(segmenter: Finds) -> bytes:
+def _copied(segmenter: Segmenter) -> bytes:
     try:
         return pickle.dumps(segmenter)
     except (pickle.PicklingError, AttributeError, TypeError):
