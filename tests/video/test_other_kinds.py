@@ -12,11 +12,12 @@ import pytest
 from pinchoff.video.background import sample
 from pinchoff.video.choice import choose
 from pinchoff.video.clips import measure_clip, reason_for_doubt
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import outside_view, seen_part
 from pinchoff.video.scale import clip_of
 from pinchoff.video.settings import VideoSettings
-from pinchoff.video.standing import standing_rows
+from pinchoff.video.standing import Travels, standing_rows
 
 CLIP = Path(__file__).parents[2] / "examples" / "clip.mp4"
 HEIGHT, WIDTH = 120, 160
@@ -138,6 +139,20 @@ def test_dirt_is_no_droplet_where_droplets_pass(method):
     choice = choose(sample(iter(frames)), SETTINGS.replace(method=method))
     counts = [len(whole(choice.segmenter.droplets(frame))) for frame in frames[:6]]
     assert counts == [3] * 6
+
+
+def test_tracks_that_never_move_are_counted_where_others_do():
+    def disc(x, y):
+        return Droplet(np.empty((0, 2)), 300.0, x, y, False, -1)
+
+    passing, resting = Travels(), Travels()
+    for k in range(12):
+        dirt, droplet = disc(20.0 + 0.5 * math.sin(k), 30.0), disc(10.0 + 5.0 * k, 60.0)
+        passing.append([dirt, droplet], [0, 1])
+        resting.append([dirt, disc(50.0 + 0.5 * k, 60.0)], [0, 1])
+    assert passing.standing() == 1
+    assert resting.standing() == 0  # nothing goes far: they are droplets at rest
+    assert Travels().standing() == 0
 
 
 def test_what_stands_and_what_moves_about_its_place():

@@ -21,6 +21,7 @@ from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.standing import Travels
 from pinchoff.video.tracking import Event, Tracker
 from pinchoff.video.workers import segmented
 
@@ -98,6 +99,7 @@ def measure_clip(
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     lengths: Counter[int] = Counter()
+    travels = Travels()
     count, with_droplets, duration = 0, 0, 0.0
     for frame, found in segmented(clip.frames(), segmenter, processes):
         seen = [droplet for droplet in found if not is_obstacle(droplet, obstacles)]
@@ -110,14 +112,27 @@ def measure_clip(
         lengths.update(
             track for droplet, track in zip(droplets, tracks, strict=True) if not droplet.cut
         )
+        travels.append(droplets, tracks)
         with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
     told = _unsteady(choice) or told or reason_for_doubt(choice)
-    warning = "; ".join(filter(None, [*notes, clip.warning, told]))
+    still = "" if choice.moved else _standing(travels.standing())
+    warning = "; ".join(filter(None, [*notes, clip.warning, told, still]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _standing(count: int) -> str:
+    """Return that tracks never move while others do; empty where there are none."""
+    if not count:
+        return ""
+    what = "a track never moves" if count == 1 else f"{count} tracks never move"
+    return (
+        f"{what} while others do: look at the annotated film, and if that is dirt, leave it out "
+        "with crop or a larger minimum_diameter_um"
+    )
 
 
 def _unsteady(choice: Choice) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple, Protocol
 
@@ -21,6 +22,8 @@ _STILL_EDGE = 1.0  # and besides, of its area, square roots of that: what noise 
 _STILL_SHARE = 0.6  # of the frames in which it is seen
 _LINGERING = 3.0  # times that: it moves, but about its place
 _SPREAD_PX = 0.6  # about its mean place: what moves to and fro by more is no dirt
+_LONG_TRACK = 10  # whole droplets from which it is known that a track does not move
+_TRAVELLED = 2.0  # radii that one has to go to be moving for sure
 _PAIRS = 5  # of frames in which it is looked whether the picture moves
 _SHIFT_PX = 0.5  # least that it does
 _EXPLAINED = 0.8  # of what differs between two frames, what is left once one is moved back
@@ -134,6 +137,36 @@ def _agree(rows: Floats, row: Floats, distance: float, share: float) -> Bools:
     allowed = share * row[2] + _STILL_EDGE * math.sqrt(row[2])
     agree: Bools = (away <= distance) & (change <= allowed)
     return agree
+
+
+class Travels:
+    """How far the droplets of each track go from where they are first seen whole."""
+
+    def __init__(self) -> None:
+        self._first: dict[int, Droplet] = {}
+        self._farthest: dict[int, float] = {}
+        self._seen: Counter[int] = Counter()
+
+    def append(self, droplets: Sequence[Droplet], tracks: Sequence[int]) -> None:
+        """Take one frame."""
+        for droplet, track in zip(droplets, tracks, strict=True):
+            if not droplet.cut:
+                first = self._first.setdefault(track, droplet)
+                away = math.hypot(droplet.x - first.x, droplet.y - first.y)
+                self._farthest[track] = max(away, self._farthest.get(track, 0.0))
+                self._seen[track] += 1
+
+    def standing(self) -> int:
+        """Return how many tracks never move, 0 where most of the others do not go far either."""
+        long = [track for track, count in self._seen.items() if count >= _LONG_TRACK]
+        still = {track for track in long if self._farthest[track] <= _LINGERING * _STILL_PX}
+        others = [track for track in long if track not in still]
+        far = [
+            track
+            for track in others
+            if self._farthest[track] >= _TRAVELLED * math.sqrt(self._first[track].area / math.pi)
+        ]
+        return len(still) if 2 * len(far) > len(others) else 0
 
 
 class PictureMoved(NamedTuple):
