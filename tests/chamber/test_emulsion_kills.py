@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 import random
 import signal
 import subprocess
@@ -12,6 +13,8 @@ import time
 import pytest
 
 pytest.importorskip("skfem", reason="its extra is not installed")
+
+from pinchoff.chamber.emulsion_design import EmulsionDesign
 
 CONFIG = """
 time = 25
@@ -37,16 +40,11 @@ area_fraction = 0.3
 diameters = [0.8, 1.0]
 """
 PROGRAM = """
-import sys
+import pickle, sys
 from pathlib import Path
-from pinchoff.chamber.emulsion_design import EmulsionDesign
-design = EmulsionDesign.from_toml(sys.argv[1])
-design.run(design.flow(), Path(sys.argv[2]))
+design, flow = pickle.loads(Path(sys.argv[1]).read_bytes())
+design.run(flow, Path(sys.argv[2]))
 """
-
-
-def command(folder, out):
-    return [sys.executable, "-c", PROGRAM, str(folder / "c.toml"), str(out)]
 
 
 def digests(out):
@@ -56,20 +54,22 @@ def digests(out):
 def kill_and_go_on(folder, kills, seed, config=CONFIG):
     """Kill a run soon after it has written so many files, whatever time that takes it here."""
     (folder / "c.toml").write_text(config)
-    subprocess.run(command(folder, folder / "whole"), check=True, capture_output=True)
+    design = EmulsionDesign.from_toml(folder / "c.toml")
+    flow = design.flow()
+    (folder / "given").write_bytes(pickle.dumps((design, flow)))
+    command = [sys.executable, "-c", PROGRAM, str(folder / "given"), str(folder / "killed")]
+    design.run(flow, folder / "whole")
     written = len(list((folder / "whole").iterdir()))
     draw = random.Random(seed)
     hits = 0
     for count in sorted(draw.sample(range(1, written - 10), kills)):
-        program = subprocess.Popen(
-            command(folder, folder / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        program = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while program.poll() is None and len(list((folder / "killed").glob("*"))) < count:
             time.sleep(1e-3)
         time.sleep(draw.uniform(0.0, 0.02))
         program.send_signal(signal.SIGKILL)
         hits += program.wait() == -signal.SIGKILL
-    subprocess.run(command(folder, folder / "killed"), check=True, capture_output=True)
+    design.run(flow, folder / "killed")
     assert hits
     whole = digests(folder / "whole")
     assert len(whole) > 70

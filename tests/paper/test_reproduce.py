@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import re
 
@@ -28,7 +29,16 @@ def reproduce(*arguments):
 
 @pytest.fixture(scope="module")
 def study():
-    return Study(seed=1, quick=True)
+    """A study of half the points of each line and a third of the simulated collisions."""
+
+    def fewer(seed, *count, **more):
+        return po.virtual_experiment(seed, *(n // 3 for n in count), **more)
+
+    module = importlib.import_module("pinchoff.paper.study")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "CAPILLARY", module.CAPILLARY[::2])
+        patch.setattr(module, "virtual_experiment", fewer)
+        yield Study(seed=1, quick=True)
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +75,7 @@ def test_what_is_not_installed_is_left_out_and_said(tmp_path, monkeypatch):
     assert "Figures that were left out" in reproduction_page(made).html()
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_the_device_and_a_film_that_is_measured(tmp_path):
     made = po.reproduce(tmp_path, only=["A", "B2"], quick=True)
     assert [each.figure.name for each in made.figures] == ["A", "B2"]
@@ -170,6 +181,7 @@ def test_a_start_that_gives_a_symmetry():
     assert collision.symmetry == pytest.approx(0.5, abs=0.01)
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_real_collisions_take_the_place_of_synthetic_ones(tmp_path, capsys):
     table = po.virtual_experiment(9, 1500, symmetry_noise=0).assign(source="laboratory")
     table.to_csv(tmp_path / "mine.csv", index=False)

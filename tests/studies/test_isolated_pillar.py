@@ -10,8 +10,7 @@ import pytest
 
 import pinchoff as po
 from pinchoff.collisions.law import breakup_number
-from pinchoff.studies.contact_table import contact_table
-from pinchoff.studies.emulsion_contacts import contact_outcomes
+from pinchoff.studies.emulsion_contacts import contact_outcomes, contact_table
 from pinchoff.studies.isolated_pillar import isolated_pillar, relative_breakup_number
 
 P = po.Parameters(
@@ -67,6 +66,7 @@ def test_bk_is_relative_to_the_line_of_its_diameter(line):
     assert found[:2] == pytest.approx(1 / line["breakup_number"].to_numpy()[[0, 2]])
     assert found[2] == pytest.approx(2 / line["breakup_number"].iloc[1])
     assert math.isnan(found[3])  # outside the diameters
+    np.testing.assert_array_equal(relative_breakup_number(contacts, line[::-1]), found)
     unknown = line.assign(breakup_number=math.nan)
     assert np.isnan(relative_breakup_number(contacts, unknown)).all()
 

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::ResourceWarning")  # of the wor
 
 CONFIG = {
     "design": "sobol",
-    "samples": 320,
+    "samples": 192,
     "seed": 2,
     "follow_daughters": False,
     "vary": {
@@ -88,7 +88,7 @@ def test_worker_killed_during_the_sweep_loses_nothing(client, on_threads, tmp_pa
     killer.join()
     assert killed == [victim]
     assert 4 <= len(seen) < len(on_threads)
-    assert result.computed == 320
+    assert result.computed == 192
     assert parts(tmp_path) == on_threads
     assert victim not in client.run(os.getpid).values()
 
@@ -99,7 +99,7 @@ def test_command_finishes_on_a_cluster_what_threads_began(workers, on_threads, t
         (tmp_path / name).unlink()
     config = tmp_path.parent / "config.toml"
     config.write_text(
-        'design = "sobol"\nsamples = 320\nseed = 2\nfollow_daughters = false\n'
+        'design = "sobol"\nsamples = 192\nseed = 2\nfollow_daughters = false\n'
         "[vary]\noffset = { min = 0, max = 0.3 }\n"
         'simulation_capillary_number = { min = 8, max = 90, scale = "log" }\n'
     )

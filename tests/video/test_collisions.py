@@ -200,7 +200,7 @@ def test_break_up_of_the_engine(table_of, microscope):
     """A simulated break-up: its frame, its daughters and its neck, against the truth."""
     from pinchoff.video.microscope import Microscope, scene_encounters
 
-    look = Microscope(pixel_size_um=5.0, noise=3.0)
+    look = Microscope(width=480, height=360, pixel_size_um=5.0, noise=3.0)
     runs = [
         passage_of(po.Parameters(simulation_capillary_number=ca, offset=y), look, LABORATORY)
         for ca, y in ((30, 0.03), (15, 0.15))

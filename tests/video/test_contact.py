@@ -144,7 +144,7 @@ def test_contact_and_speed_on_drawn_films(tmp_path):
     laboratory = Laboratory(
         obstacle_radius_um=85, thickness_um=85, viscosity_mPa_s=48, surface_tension_mN_m=20
     )
-    look = Microscope(noise=3.0)
+    look = Microscope(width=480, height=360, noise=3.0)
     runs = [
         passage_of(
             po.Parameters(size_ratio=d, simulation_capillary_number=ca, offset=y), look, laboratory

@@ -163,6 +163,61 @@ def test_what_stands_and_what_moves_about_its_place():
     assert len(standing_rows(both)) == 0
 
 
+def test_a_picture_that_moves_is_said_to(tmp_path):
+    def draw(k):
+        image = ringed(k)
+        for x, y in np.random.default_rng(5).uniform(0, (WIDTH, HEIGHT), (40, 2)):
+            image -= 60.0 * bump(away(x, y, 3.0), 1.2)
+        return image
+
+    steady = film(draw)
+    assert chosen(steady).moved is None
+    drifting = film(lambda k: np.roll(draw(k), 2 * k, axis=0))
+    moved = chosen(drifting).moved
+    assert moved.pixels == pytest.approx(2.0, abs=0.3)
+    assert moved.last == moved.first + 1
+    for frame in drifting:
+        cv2.imwrite(str(tmp_path / f"{frame.number}.png"), frame.luma)
+    warning = measure_clip(tmp_path, SETTINGS).warning
+    assert "the picture itself moves" in warning
+    assert "align the frames" in warning
+
+
+def test_droplets_that_all_move_alike_are_no_moving_picture():
+    assert chosen(film(ringed)).moved is None
+    flicker = film(lambda k: (1.0 + 0.1 * math.sin(k)) * (140.0 + 0.1 * COLUMNS))
+    assert chosen(flicker).moved is None
+
+
+def test_shades_much_fainter_than_droplets_are_no_spots():
+    def draw(k):
+        image = np.full((HEIGHT, WIDTH), 160.0)
+        for x, y in places(k):
+            image -= 80.0 / (1.0 + np.exp(np.clip(2.5 * away(x, y, 11.0), -40, 40)))
+        image[90:112, 10:32] -= 5.0  # a block of a codec, that comes and goes
+        return image if k % 2 else draw(k + 1)
+
+    frames = film(draw, 6, noise=0.5)
+    choice = choose(sample(iter(frames)), SETTINGS.replace(method="spots"))
+    assert [len(whole(choice.segmenter.droplets(frame))) for frame in frames] == [3] * 6
+
+
+def test_rims_in_a_pale_picture_are_found_as_in_a_full_one():
+    full = film(ringed)
+    pale = [
+        frame._replace(luma=(0.6 * frame.luma + 90.0).astype(np.uint8)) for frame in film(ringed)
+    ]
+    for frames in (full, pale):
+        choice = choose(sample(iter(frames)), SETTINGS.replace(method="packed"))
+        assert len(whole(choice.segmenter.droplets(frames[0]))) == 3
+
+
+def test_an_empty_packed_scene_has_no_droplets():
+    empty = film(lambda k: np.full((HEIGHT, WIDTH), 150.0))
+    choice = choose(sample(iter(empty)), SETTINGS.replace(method="packed"))
+    assert choice.trial.quality.droplets == 0.0
+
+
 def test_what_lies_beyond_a_wall_is_no_cut_droplet():
     def draw(k):
         image = ringed(k)

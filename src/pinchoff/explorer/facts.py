@@ -86,6 +86,7 @@ def facts() -> dict[str, Any]:
 
 
 def _parameters() -> Iterator[dict[str, Any]]:
+    schemas = Parameters.model_json_schema()["properties"]
     for name, entry in PARAMETERS.items():
         if not entry.in_core:  # the page reads Ca as by default
             continue
@@ -94,7 +95,7 @@ def _parameters() -> Iterator[dict[str, Any]]:
             "default": DEFAULTS.get(name),
             "follows": "line_tension" if name in FOLLOWING else "model" if entry.follows else "",
             "scope": entry.model,
-            **_limits(name),
+            **_limits(schemas[name]),
             "rule": entry.rule,
             "meaning": entry.phrase,
             "advice": entry.advice,
@@ -103,9 +104,8 @@ def _parameters() -> Iterator[dict[str, Any]]:
         }
 
 
-def _limits(name: str) -> dict[str, Any]:
+def _limits(schema: Mapping[str, Any]) -> dict[str, Any]:
     """Return the limits, the choices and whether only whole numbers will do."""
-    schema = Parameters.model_json_schema()["properties"][name]
     kinds = [schema, *schema.get("anyOf", ())]
     numbers = [kind for kind in kinds if kind.get("type") in ("number", "integer")]
     number: dict[str, Any] = numbers[0] if numbers else {}

@@ -121,7 +121,7 @@ def relative_breakup_number(contacts: pd.DataFrame, isolated: pd.DataFrame) -> F
     ndarray, shape (n,)
         NaN outside its diameters.
     """
-    known = isolated[np.isfinite(isolated["breakup_number"])]
+    known = isolated[np.isfinite(isolated["breakup_number"])].sort_values("diameter")
     if not len(known):
         return np.full(len(contacts), math.nan)
     line = np.interp(

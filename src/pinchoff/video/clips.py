@@ -115,8 +115,22 @@ def measure_clip(
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
-    warning = "; ".join(filter(None, [*notes, clip.warning, told or reason_for_doubt(choice)]))
+    told = _unsteady(choice) or told or reason_for_doubt(choice)
+    warning = "; ".join(filter(None, [*notes, clip.warning, told]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _unsteady(choice: Choice) -> str:
+    """Return that the picture itself moves; empty where it does not."""
+    if choice.moved is None:
+        return ""
+    pixels, first, last = choice.moved
+    return (
+        f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: "
+        "what is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by as "
+        "much; align the frames first (in ImageJ: Linear Stack Alignment), or film from a stage "
+        "that stands still"
+    )
 
 
 def reason_for_doubt(choice: Choice) -> str:

@@ -116,7 +116,8 @@ class VideoSettings(Checked):
     maximum_diameter_um : float, optional
         The largest droplet of a packed scene, µm; by default a third of the image's shorter side.
     rim_contrast : float
-        Least brightening across the rim of one, as a fraction of the frame's light.
+        Least brightening across the rim of one, as a fraction of the way from the frame's darkest
+        to its light.
     rim_score : float
         How round, even and closed its rim must be, from 0 to 1, that of a sharp black ring.
     find_obstacles : bool
@@ -175,7 +176,7 @@ class VideoSettings(Checked):
     )
     packed: bool = explained("true or false", "whether droplets fill the view", default=False)
     maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
-    rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
+    rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.12)
     rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
     find_obstacles: bool = explained(
         "true or false", "whether pillars of any radius are looked for", default=False

@@ -85,7 +85,7 @@ def exact_budgets(outline, separation, in_diameters, threshold, cap):
 def test_neck_equals_brute_force(random_outline, separation, in_diameters, count):
     """Thickness, and the pair named has that chord and is admissible; both ways of looking."""
     rng = np.random.default_rng(count)
-    for _ in range(300):
+    for _ in range(150):
         outline = random_outline(rng, count)
         if _core.self_intersects(outline):
             continue  # a coarse, twisted star may: it has no inside
@@ -195,7 +195,7 @@ def test_no_motion_within_the_budget_makes_a_neck(random_outline, separation, in
     """Neither random nor adversarial displacements shorter than the budget cross the threshold."""
     rng = np.random.default_rng(41)
     closest = np.inf
-    for _ in range(60):
+    for _ in range(30):
         outline = random_outline(rng, int(rng.choice([16, 37, 64])))
         thinnest = min(1.0, brute_force(outline, separation, in_diameters))
         threshold = rng.uniform(0.3, 0.98) * thinnest
