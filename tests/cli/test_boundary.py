@@ -82,7 +82,7 @@ def test_one_point_has_no_line_and_says_why(tmp_path, capsys):
     report = report_in(tmp_path / "a")
     assert report["fit"] is None
     assert "3 or more points" in report["why_no_fit"]
-    assert "3 or more points" in capsys.readouterr().out
+    assert "no line is fitted: boundary must be 3 or more points" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("unrendered")

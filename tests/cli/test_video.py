@@ -8,6 +8,7 @@ import re
 import signal
 import subprocess
 import time
+from importlib.resources import files
 
 import pyarrow.parquet as pq
 import pytest
@@ -168,7 +169,10 @@ def test_only_bad_files_are_an_error(tmp_path, capsys):
         (["--pixel-size", "5 mm/s"], "--pixel-size"),
         (["--pixel-size", "-5 um"], "--pixel-size"),
         (["--pixel-size", "5 um", "--viscosity", "48"], "--viscosity"),
-        (["--pixel-size", "5 um", "--fps", "fast"], "fps"),
+        (["--pixel-size", "5 um", "--fps", "fast"], "--fps"),
+        (["--pixel-size", "5 um", "--set", "fps=fast"], "fps"),
+        (["--pixel-size", "5 um", "--method", "circles"], "--method"),
+        (["--pixel-size", "5 um", "--crop", "1,2"], "--crop"),
         (["--pixel-size", "5 um", "--set", "edge_level=3"], "edge_level"),
         (["--pixel-size", "5 um", "--set", "colour=3"], "colour"),
         (["--pixel-size", "5 um", "--set", "interior=[300, 0, 0]"], "interior"),
@@ -326,6 +330,43 @@ def test_comparison_wants_the_same_clip(filmed, tmp_path, capsys):
     assert main([*compare, "--out", str(tmp_path / "two")]) == 2
     assert "the clip that was measured; got nothing there" in capsys.readouterr().err
     assert not (tmp_path / "two").exists()
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        ("video", "collisions.parquet"),
+        ("emulsion", "collisions.parquet"),
+        ("reproduce", "report.html"),
+    ],
+)
+def test_results_of_another_command_are_not_replaced(filmed, tmp_path, capsys, command, name):
+    """Such commands go on in a folder that holds results, if the results are theirs."""
+    (tmp_path / name).write_text("precious")
+    config = files("pinchoff.cli") / "example_files" / "emulsion.toml"
+    given = {"video": [str(filmed), *LABORATORY], "emulsion": [str(config)]}.get(command, [])
+    assert main([command, *given, "--out", str(tmp_path)]) == 2
+    error = capsys.readouterr().err
+    assert "--out must be a new folder, or one that this command wrote; got" in error
+    assert f"(it holds another's {name})" in error
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    assert (tmp_path / name).read_text() == "precious"
+
+
+def test_pillars_that_are_not_found_are_missed(filmed, tmp_path, capsys):
+    small = ["--pixel-size", "5.28um", "--obstacle-radius", "30um", *RINGS, "--no-overlay"]
+    assert main(["video", str(filmed), *small, "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    advice = "0 pillars: if there are some, write their circles into clips/clip/obstacles.toml"
+    assert advice in said
+    assert (tmp_path / "out" / "clips" / "clip" / "obstacles.toml").exists()
+
+
+def test_film_has_the_name_of_its_option(filmed, tmp_path, capsys):
+    out = ["--most", "1", "--out", str(tmp_path / "clip.avi")]
+    assert main(["film", str(filmed.parent / "sweep"), *out]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"error: --out must be a name ending in .mp4; got {tmp_path}")
 
 
 def test_film_overwrites_nothing_unasked(filmed, tmp_path, capsys):

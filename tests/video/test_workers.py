@@ -6,8 +6,14 @@ Every process imports this file, so it imports little.
 from __future__ import annotations
 
 import os
+import signal
+import subprocess
+import sys
 import time
 
+import pytest
+
+from pinchoff.video import workers
 from pinchoff.video.workers import all_done, segmented
 
 
@@ -51,3 +57,19 @@ class _Unpicklable:
 
 def test_a_users_function_that_cannot_be_copied_works_here():
     assert list(segmented([1, 2], _Unpicklable(), 4)) == [(1, [1]), (2, [2])]
+
+
+class _Starting:
+    """Stands for a pool: what it is handed it starts as a program."""
+
+    def submit(self, code):
+        return subprocess.run([sys.executable, "-c", code], check=False, capture_output=True)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals of this kind")
+def test_a_process_that_starts_leaves_ctrl_c_to_its_parent():
+    """Until it has imported what it works with it would end with a traceback."""
+    code = "import os, signal; os.kill(os.getpid(), signal.SIGINT); print('lives')"
+    ended = workers._submitted(_Starting(), code)
+    assert ended.stdout.split() == [b"lives"]
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())

@@ -66,6 +66,7 @@ class _PlainCommand(_PlainWords, TyperCommand):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         values, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        parameter: Any
         for parameter, times in Counter(order).items():
             if times > 1 and not (parameter.multiple or parameter.is_flag):
                 many = parameter.metavar == "LIST"

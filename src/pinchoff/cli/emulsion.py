@@ -11,6 +11,7 @@ from pinchoff.cli.cluster import Scheduler, cluster_client
 from pinchoff.cli.folders import ResumableResults, remove_results
 from pinchoff.cli.options import OUTPUT, Workers, argument, grouped, named_as_options, switch
 from pinchoff.cli.output import bar, print_table, warn
+from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import read_toml, write_csv
 from pinchoff.support.numerals import counted
@@ -28,12 +29,15 @@ if TYPE_CHECKING:
 PAGE, RESULTS, MOVIE = "index.html", "emulsion.json", "movie.mp4"
 CONTACTS, EVENTS, SIZES = "collisions.parquet", "events.parquet", "sizes.parquet"
 SWEEP = "sweep.csv"
+_CHECKPOINT = "checkpoint.npz"
+_FILES = (PAGE, CONTACTS, EVENTS, SIZES, FOLDER_PAGE, MOVIE)
+_BEGUN = (_CHECKPOINT, RESULTS, SWEEP)
 _MEASURED = (
     *("mean_diameter", "weighted_diameter", "mean_area", "dispersity"),
     *("growth", "exchange", "trend"),
 )
 # The checkpoint is removed first, because it refers to the others.
-_PIECES = ("checkpoint.npz", "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
+_PIECES = (_CHECKPOINT, "events-??????.parquet", "sizes-??????.parquet", "outlines-??????.gsd")
 
 
 @grouped(out="emulsion")
@@ -86,7 +90,7 @@ def emulsion(
         raise InputError.of("--scheduler", "left out without a table [sweep]", scheduler, advice)
     with named_as_options("scheduler", "threads"):
         cluster = cluster_client(scheduler, workers)
-    with results.resumed() as folder:
+    with results.resumed(() if results.overwrite else _FILES, _BEGUN) as folder:
         if results.overwrite:
             for place in [folder / one.folder for one in varied] or [folder]:
                 remove_results(place, _PIECES)
@@ -168,7 +172,7 @@ def _write(
 ) -> tuple[list[Path], dict[str, Any]]:
     """Write the page, that to explore the contacts, and the tables; return the report too."""
     from pinchoff.collisions.parquet import write_collisions, write_table
-    from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
+    from pinchoff.explorer.page import NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
     from pinchoff.model.emulsion_result import EVENT_COLUMNS, SIZE_COLUMNS
     from pinchoff.studies.emulsion_contacts import contact_outcomes, contact_table

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from pinchoff.cli.folders import require_new_file
 from pinchoff.cli.laboratory import LaboratoryOptions
-from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, argument, grouped, option
+from pinchoff.cli.options import (
+    OUTPUT,
+    AsJson,
+    Overwrite,
+    Seed,
+    argument,
+    grouped,
+    named_as_options,
+    option,
+)
 from pinchoff.cli.output import announce, bar, counted_off, warn
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.files import read_toml
@@ -63,7 +72,7 @@ def film(
         microscope = Microscope(**{"seed": seed, **({} if look is None else read_toml(look))})
         passages = _passages(sweep, most, microscope, laboratory)
         scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
-        with bar("film", frame_count, "frames") as show:
+        with named_as_options(path="--out"), bar("film", frame_count, "frames") as show:
             made = write_film(
                 scene,
                 out,

@@ -40,9 +40,19 @@ class ResultsFolder:
             yield folder
 
     @contextmanager
-    def resumed(self) -> Iterator[Path]:
-        """Hold the folder, and say after Ctrl-C that the same command goes on from there."""
+    def resumed(self, names: Sequence[str] = (), begun: Sequence[str] = ()) -> Iterator[Path]:
+        """Hold the folder, and say after Ctrl-C that the same command goes on from there.
+
+        Files called as its results are refused where none of `begun` stands beside them, of which
+        this command leaves one before its results: another command's are not replaced.
+        """
         with self.held() as folder:
+            if not any(os.path.lexists(folder / name) for name in begun):
+                present = next((name for name in names if os.path.lexists(folder / name)), None)
+                if present is not None:
+                    rule = "a new folder, or one that this command wrote"
+                    got = f"{folder} (it holds another's {present})"
+                    raise InputError.of("--out", rule, got, "choose another folder")
             try:
                 yield folder
             except KeyboardInterrupt:

@@ -13,7 +13,7 @@ from pinchoff.cli.table_options import TableOptions
 if TYPE_CHECKING:
     from pinchoff.paper import Reproduction
 
-PAGE = "report.html"
+PAGE, SETTINGS = "report.html", "settings.json"
 
 
 @grouped(out="reproduction")
@@ -58,7 +58,7 @@ def reproduce(
 
     names = None if only is None else [name for text in only for name in text.split(",")]
     table = None if experiment is None else reading.read(experiment)
-    with results.resumed() as folder:
+    with results.resumed(() if results.overwrite else (PAGE,), (SETTINGS,)) as folder:
         if results.overwrite:
             remove_reproduction(folder)
         with named_as_options("out", "only", "seed"), bar("", unit="items") as show:

@@ -11,8 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Any, TextIO
 from pinchoff.cli.assignments import read_value, read_values
 from pinchoff.cli.folders import ResultsFolder
 from pinchoff.cli.laboratory import EXPERIMENT, LaboratoryOptions, quantity
-from pinchoff.cli.options import OUTPUT, Workers, argument, flag_of, grouped, option, switch
+from pinchoff.cli.options import (
+    OUTPUT,
+    Workers,
+    argument,
+    flag_of,
+    grouped,
+    named_as_options,
+    option,
+    switch,
+)
 from pinchoff.cli.output import warn
+from pinchoff.explorer.page import FOLDER_PAGE
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 from pinchoff.support.records import jsonable
@@ -23,6 +33,8 @@ if TYPE_CHECKING:
 
 _IMAGE = "Image"
 _CLIP = "Part of a clip"
+_TABLE = "collisions.parquet"
+_FILES = (_TABLE, "events.parquet", "index.html", FOLDER_PAGE)
 
 
 @dataclass(frozen=True)
@@ -126,7 +138,9 @@ class VideoOptions:
             *(["find_obstacles=true"] if self.find_obstacles else []),
         ]
         table |= read_values("--set", assignments, "edge_level=0.5")
-        return VideoSettings(**table, laboratory={**known, **laboratory.values()})
+        flags = ("fps", "frames", "crop", "channel", "method")
+        with named_as_options(*(name for name in flags if getattr(self, name) is not None)):
+            return VideoSettings(**table, laboratory={**known, **laboratory.values()})
 
 
 @grouped(out="video")
@@ -182,7 +196,7 @@ def video(
     from pinchoff.video.batch import clip_sources, measure_videos
 
     _describe(clip_sources(clips), settings, sys.stderr if results.as_json else sys.stdout)
-    with results.resumed() as folder:
+    with results.resumed(_FILES, ("clips",)) as folder:
         result = measure_videos(
             clips,
             folder,
@@ -192,7 +206,7 @@ def video(
             progress=sys.stderr.isatty(),
         )
         _tell_problems(result)
-        written = [result.path / "collisions.parquet", *write_report(result)]
+        written = [result.path / _TABLE, *write_report(result)]
         results.announce(_report(result), lambda: _tell_counts(result), written)
 
 
@@ -275,10 +289,15 @@ def _tell_counts(result: VideoResult) -> None:
         f"{counted(count, 'collision')}, {accepted} accepted, "
         f"in {counted(len(measured), 'clip')}{before}"
     )
+    if rejected := _report(result)["rejected"]:
+        reason, rows = next(iter(rejected.items()))
+        print(f"{rows} of {count - accepted} rejected ones: {reason}; index.html has all reasons")
 
 
 def _seen(name: str, clip: Mapping[str, Any]) -> str:
     """Return what was found in a clip, and what was not looked for."""
+    from pinchoff.video.clip_folder import OBSTACLES
+
     settings = clip["settings"]
     sought = (
         settings["find_obstacles"],
@@ -290,5 +309,7 @@ def _seen(name: str, clip: Mapping[str, Any]) -> str:
         if any(sought)
         else "no pillars were looked for, which --obstacle-radius or --find-obstacles does"
     )
+    if any(sought) and not clip["obstacles"]:
+        pillars += f": if there are some, write their circles into clips/{name}/{OBSTACLES}"
     tracks = counted(clip["tracks"], "track")
     return f"{name}: {tracks} of droplets by the method {clip['method']}; {pillars}"

@@ -36,6 +36,7 @@ _WHITE = (255, 255, 255)
 _FLASH = 12  # frames for which an event stays marked
 _AROUND = 7.0  # radii of the obstacle from its centre to the side of such a picture
 _THUMBNAIL = 160  # side of a picture of a collision, pixels
+_BEYOND = (238, 238, 238)  # grey: there the film has no picture
 
 
 Colour = tuple[int, int, int]
@@ -284,5 +285,7 @@ class ThumbnailTaker:
         scale = _THUMBNAIL / (2.0 * half)
         moved = np.array([[scale, 0.0, scale * (half - x)], [0.0, scale, scale * (half - y)]])
         size = (_THUMBNAIL, _THUMBNAIL)
-        cut: Pixels = cv2.warpAffine(image, moved, size, borderMode=cv2.BORDER_REPLICATE)
+        cut: Pixels = cv2.warpAffine(
+            image, moved, size, borderMode=cv2.BORDER_CONSTANT, borderValue=_BEYOND
+        )
         return cut

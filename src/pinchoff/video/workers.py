@@ -12,6 +12,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import sys
 import threading
 import time
 from collections import deque
@@ -107,7 +108,7 @@ def _in_pool(
 ) -> Iterator[tuple[int, Result]]:
     """Yield the results of some jobs until all are done or a process has ended by itself."""
     with _pool(min(processes, len(chosen)), done, b"") as pool:
-        futures = {pool.submit(_counted, work, jobs[k], k): k for k in chosen}
+        futures = {_submitted(pool, _counted, work, jobs[k], k): k for k in chosen}
         waiting: set[Future[Result]] = set(futures)
         while waiting:
             ready, waiting = wait(waiting, _LOOK_S, FIRST_COMPLETED)
@@ -136,13 +137,28 @@ def _pool(processes: int, counts: Any, segmenter: bytes) -> Iterator[ProcessPool
             raise
 
 
+def _submitted(
+    pool: ProcessPoolExecutor, work: Callable[..., Result], *given: Any
+) -> Future[Result]:
+    """Hand work to a pool, and so start a process that does not hear Ctrl-C until it has begun."""
+    if sys.platform == "win32":
+        return pool.submit(work, *given)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(work, *given)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _begin(counts: Any, segmenter: bytes, stop: Any) -> None:
     """Prepare a process: it is stopped by its parent alone, or by that one's end."""
+    signal.signal(signal.SIGINT, _stop_if_told)
+    signal.signal(signal.SIGTERM, _stop)
+    if sys.platform != "win32":
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     _Worker.counts = counts
     if segmenter:
         _Worker.segmenter = pickle.loads(segmenter)
-    signal.signal(signal.SIGINT, _stop_if_told)
-    signal.signal(signal.SIGTERM, _stop)
     parent = multiprocessing.parent_process()
     if parent is not None:
         threading.Thread(target=_end_with, args=(parent, stop), daemon=True).start()
@@ -207,7 +223,7 @@ def segmented(
     waiting: deque[tuple[Frame, Future[list[Droplet]]]] = deque()
     with _pool(processes, None, copied) as pool:
         for frame in frames:
-            waiting.append((frame, pool.submit(_droplets, frame)))
+            waiting.append((frame, _submitted(pool, _droplets, frame)))
             if len(waiting) >= _AHEAD * processes:
                 first, found = waiting.popleft()
                 yield first, found.result()

@@ -13,6 +13,7 @@ from pinchoff.collisions.law import Line
 from pinchoff.support.arguments import checked_confidence
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
+from pinchoff.support.numerals import counted
 
 _METHOD = "least squares in logarithms, Student's t"
 
@@ -233,7 +234,7 @@ def _require_rank(design: NDArray[np.float64]) -> None:
     raise InputError.of(
         "boundary",
         f"{unknowns + 1} or more points with a critical symmetry that differ in {differ}",
-        f"{points} points",
+        counted(points, "point"),
         "vary simulation_capillary_number" + (" and size_ratio" if unknowns == 3 else ""),
     )
 
