@@ -7,7 +7,7 @@ import io
 import os
 import re
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 # Read when NumPy is first imported. Tests have a worker a core. Further threads of BLAS only wait
@@ -50,10 +50,12 @@ def ctrl_c() -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def imports_are_kept() -> None:
+def imports_are_kept() -> Iterator[None]:
     """Let the collector of garbage pass over modules and tests, which stay to the end."""
     gc.collect()
     gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
