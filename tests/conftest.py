@@ -6,9 +6,11 @@ import gc
 import io
 import os
 import re
+import shutil
 import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 # Read when NumPy is first imported. Tests have a worker a core. Further threads of BLAS only wait
 # for one another, and the flow through the device takes five times the CPU.
@@ -24,6 +26,8 @@ from pinchoff.collisions.law import Line, breakup_number, breakup_probability
 os.environ.setdefault("MPLBACKEND", "Agg")  # no test opens a window
 
 _FORM = re.compile(r"^(?P<argument>.+?) must be (?P<rule>.+?); got (?P<got>.+?); (?P<advice>.+)$")
+
+_CHROMIUM = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 
 TRUTH = Line(0.083, -0.74)
 WIDTH = 0.098
@@ -47,6 +51,19 @@ def ctrl_c() -> None:
     Programs in the background of a script, or behind nohup, begin with it ignored.
     """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Chromium; what needs it is skipped where it is absent."""
+    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
+    found = next(filter(None, map(shutil.which, _CHROMIUM)), None)
+    if found is None:
+        pytest.skip("Chromium is not installed; Debian's package is `chromium`")
+    with api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
+        yield chromium
+        chromium.close()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -44,7 +44,9 @@ export function colour(name) {
 export function ticks(low, high, about) {
   const raw = (high - low) / about;
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= raw * 0.999) ?? raw;
+  const steps = [0.5, 1, 2, 5, 10].map((k) => k * power);
+  const place = steps.findIndex((s) => s >= raw * 0.999);
+  const step = steps[place] > high - low ? steps[place - 1] : steps[place]; // never one tick alone
   const all = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) all.push(Number((k * step).toPrecision(12)));
   return all;
@@ -59,6 +61,14 @@ export function logTicks(low, high) {
       if (tick >= low * 0.999 && tick <= high * 1.001) all.push(tick);
     }
   return all;
+}
+
+/** @param {CanvasRenderingContext2D} context @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2 */
+export function line(context, x1, y1, x2, y2) {
+  context.beginPath();
+  context.moveTo(x1, y1);
+  context.lineTo(x2, y2);
+  context.stroke();
 }
 
 /** Text with a halo, legible on anything. @param {CanvasRenderingContext2D} context @param {string} text

@@ -61,16 +61,30 @@ export class SliderRow {
       const unit = Object.assign(document.createElement("span"), { className: "unit", textContent: span.symbol });
       const take = (/** @type {number} */ value) => (physical ? this.setQuantities({ [name]: value }) : this.set({ [name]: value }));
       range.oninput = () => take(rounded(valueOf(Number(range.value) / STEPS, span), span.digits));
-      field.onchange = () => {
-        const value = field.valueAsNumber;
-        const good = Number.isFinite(value) && (!physical || name === "offset" || value > 0);
-        field.setAttribute("aria-invalid", String(!good));
-        if (good) take(value);
-      };
+      takeNumber(field, take, physical && name !== "offset");
       this.rows[name] = { range, field, span };
       this.box.append(label, range, field, unit);
     }
   }
+}
+
+/** A label with its field. @param {HTMLElement} field @param {(string | HTMLElement)[]} words */
+function labelled(field, ...words) {
+  const [label, text] = ["label", "span"].map((tag) => document.createElement(tag));
+  text.append(...words);
+  label.append(text, field);
+  return label;
+}
+
+/** Take what is typed into a field, if it is a number, above 0 where that must be.
+ * @param {HTMLInputElement} field @param {(value: number) => void} take @param {boolean} positive */
+function takeNumber(field, take, positive) {
+  field.onchange = () => {
+    const value = field.valueAsNumber;
+    const good = Number.isFinite(value) && (!positive || value > 0);
+    field.setAttribute("aria-invalid", String(!good));
+    if (good) take(value);
+  };
 }
 
 /** @param {number} share @param {any} span */
@@ -96,14 +110,11 @@ export class ParameterForm {
       const field = choices ? document.createElement("select") : document.createElement("input");
       if (field instanceof HTMLSelectElement) field.replaceChildren(.../** @type {string[]} */ (choices).map((name) => new Option(name, name)));
       else Object.assign(field, { type: "text", inputMode: "decimal" });
-      const label = document.createElement("label");
-      const text = document.createElement("span");
       const small = document.createElement("small");
-      text.textContent = p.name;
       small.textContent = `${p.meaning}; ${p.rule}`;
-      text.append(small);
-      label.append(text, field);
-      box.append(label);
+      // A long name goes on in the next line after one of its words.
+      const name = p.name.split("_").flatMap((word, k) => (k ? ["_", document.createElement("wbr"), word] : [word]));
+      box.append(labelled(field, ...name, small));
       field.onchange = () => set({ [p.name]: model.read(p.name, field.value) });
       this.fields[p.name] = field;
     }
@@ -128,17 +139,8 @@ export class QuantityForm {
     this.fields = {};
     for (const [name, meaning, unit] of QUANTITIES) {
       const field = Object.assign(document.createElement("input"), { type: "number", step: "any" });
-      const label = document.createElement("label");
-      const text = document.createElement("span");
-      text.textContent = `${meaning} [${unit}]`;
-      label.append(text, field);
-      box.append(label);
-      field.onchange = () => {
-        const value = field.valueAsNumber;
-        const good = Number.isFinite(value) && (name === "offset" || value > 0);
-        field.setAttribute("aria-invalid", String(!good));
-        if (good) set({ [name]: value });
-      };
+      box.append(labelled(field, `${meaning} [${unit}]`));
+      takeNumber(field, (value) => set({ [name]: value }), name !== "offset");
       this.fields[name] = field;
     }
   }

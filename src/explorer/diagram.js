@@ -1,6 +1,6 @@
 // @ts-check
 // The diagram: S against Ca Ã z̃, the paper's lines, every collision tried, and the user's own.
-import { colour, label, logTicks, surface, ticks } from "./canvas.js";
+import { colour, label, line, logTicks, surface, ticks } from "./canvas.js";
 
 /**
  * @typedef {{strength: number, symmetry: number, outcome: string, own?: number, tried?: number,
@@ -8,7 +8,8 @@ import { colour, label, logTicks, surface, ticks } from "./canvas.js";
  * @typedef {{name: string, label: string, alpha: number, beta: number}} Line
  */
 
-const DASHES = [[7, 4], [2, 4], [9, 3, 2, 3]];
+/** Dashes of the lines in their order, in the diagram and in its legend. */
+export const DASHES = [[7, 4], [2, 4], [9, 3, 2, 3]];
 
 export class Diagram {
   /** @param {HTMLCanvasElement} canvas @param {Line[]} lines */
@@ -92,7 +93,7 @@ export class Diagram {
     const key = [version, width, height, font, here?.strength, here?.symmetry, this.logarithmic, [...this.without]].join(" ");
     if (key !== this.drawn) {
       this.drawn = key;
-      this.frame = { left: 3.4 * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
+      this.frame = { left: (this.logarithmic ? 4.6 : 3.6) * font, top: 0.6 * font, right: 0.9 * font, bottom: 3.1 * font };
       this.#measure();
       this.#drawAxes(context, width, height, font);
       const order = (/** @type {Point} */ p) => (p.own !== undefined ? 0 : p.small ? 1 : 2);
@@ -209,14 +210,6 @@ export class Diagram {
 }
 
 /** @param {Point} point */
-export function drawable(point) {
+function drawable(point) {
   return point.strength > 0 && Number.isFinite(point.strength) && Number.isFinite(point.symmetry);
-}
-
-/** @param {CanvasRenderingContext2D} context @param {number} x1 @param {number} y1 @param {number} x2 @param {number} y2 */
-function line(context, x1, y1, x2, y2) {
-  context.beginPath();
-  context.moveTo(x1, y1);
-  context.lineTo(x2, y2);
-  context.stroke();
 }

@@ -1,7 +1,7 @@
 // @ts-check
 // What the marks and lines of the diagram mean; a line is shown or not by its box.
+import { DASHES } from "./diagram.js";
 
-const LINE_DASHES = ["5 3", "2 3", "6 2 2 2"];
 const MARKS = [
   ["broke", '<circle cx="13" cy="6" r="4.5" fill="var(--broke)"/>'],
   ["did not", '<circle cx="13" cy="6" r="4.3" fill="none" stroke="var(--unbroken)" stroke-width="1.7"/>'],
@@ -27,7 +27,7 @@ export function showLegend(box, lines, without, own, onChange) {
       else without.add(line.name);
       onChange();
     };
-    const dashes = LINE_DASHES[k % LINE_DASHES.length];
+    const dashes = DASHES[k % DASHES.length].map((long) => 0.75 * long).join(" ");
     const drawing = `<path d="M1 6H25" stroke="var(--${CSS.escape(line.name)})" stroke-width="2.2" stroke-dasharray="${dashes}"/>`;
     label.append(tick, symbol(drawing), line.label);
     return label;

@@ -1,8 +1,12 @@
 // @ts-check
 // All of the page in the address: what was set, what was tried, and how it is looked at.
+import { GROUPS } from "./parameters.js";
 
 /** More points than this would make an address that programs cut off. */
 export const MOST_LINKED = 150;
+
+/** What differs between the points of a link, in their order; all else is that of the state. */
+export const OF_POINTS = [...GROUPS].reverse();
 
 /**
  * @typedef {{values: Record<string, any>, quantities: Record<string, number> | null, time: number,
@@ -16,7 +20,7 @@ export const MOST_LINKED = 150;
  */
 export function fragmentOf(state, model) {
   const query = new URLSearchParams();
-  for (const name of ["size_ratio", "simulation_capillary_number", "offset"]) query.set(name, String(state.values[name]));
+  for (const name of GROUPS) query.set(name, String(state.values[name]));
   for (const name of model.differing(state.values)) query.set(name, String(state.values[name]));
   if (state.quantities) for (const [name, value] of Object.entries(state.quantities)) query.set(`physical.${name}`, String(value));
   query.set("t", String(Number(state.time.toFixed(3))));
@@ -47,8 +51,7 @@ export function readFragment(fragment, model, quantityNames) {
   const numbers = quantityNames.map((name) => [name, Number(query.get(`physical.${name}`) ?? NaN)]);
   const whole = numbers.every(([name, value]) => Number.isFinite(value) && (name === "offset" || Number(value) > 0));
   const tried = (query.get("tried") ?? "").split("~").filter(Boolean).map((p) => p.split("_").map(Number));
-  const names = ["offset", "simulation_capillary_number", "size_ratio"];
-  const good = tried.filter((p) => p.length === 3 && p.every((value, k) => !model.refusal(names[k], value)));
+  const good = tried.filter((p) => p.length === 3 && p.every((value, k) => !model.refusal(OF_POINTS[k], value)));
   if (good.length < tried.length) wrong.push(`${tried.length - good.length} points of the link cannot be read`);
   return {
     state: {

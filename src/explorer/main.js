@@ -7,6 +7,7 @@ import { Engine } from "./engine.js";
 import { exploreDiagram, holdDroplet, listenToKeys } from "./gestures.js";
 import { Newest, prepareWorkers } from "./jobs.js";
 import { showLegend } from "./legend.js";
+import { OF_POINTS } from "./link.js";
 import { SliceMap } from "./map.js";
 import { OwnData } from "./own.js";
 import { Model, rounded } from "./parameters.js";
@@ -254,7 +255,7 @@ async function begin() {
   redraw();
   if (!linked) return clock.play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
   const { tried, map } = linked.found;
-  const wanted = tried.map(([offset, simulation_capillary_number, size_ratio]) => ({ ...state.values, offset, simulation_capillary_number, size_ratio }));
+  const wanted = tried.map((point) => ({ ...state.values, ...Object.fromEntries(OF_POINTS.map((name, k) => [name, point[k]])) }));
   if (wanted.length > 1) await sliceMap.run(wanted, false, "from the link");
   if (Number(map) > 1 && Number(map) <= 40) await sliceMap.map(Number(map));
 }

@@ -1,8 +1,8 @@
 // @ts-check
 // The user's own collisions: points in the diagram, filters, and the measured droplet beside a simulated one.
-import { colour, label, surface } from "./canvas.js";
+import { label, surface } from "./canvas.js";
 import { rounded, shown } from "./parameters.js";
-import { drawOutline, drawPillar } from "./shapes.js";
+import { drawFluid, drawOutline, drawPillar, Plane } from "./shapes.js";
 
 /**
  * A filmed passage, times and lengths in t0 = D0/v and D0, about the pillar's centre, along the flow.
@@ -18,6 +18,9 @@ import { drawOutline, drawPillar } from "./shapes.js";
 /** Columns worth a line in the hover, where the table has them. */
 const TOLD = ["clip", "source", "collision_id", "symmetry", "capillary_number", "size_ratio", "breakup_number", "speed_mm_s", "area_um2", "daughter_area_ratio", "reject_reason"];
 
+/** @type {Payload} */
+const NOTHING = { title: "", words: [], columns: [], values: {}, films: {}, thumbnails: {} };
+
 export class OwnData {
   /**
    * @param {Payload | null} payload @param {import("./parameters.js").Model} model
@@ -25,7 +28,7 @@ export class OwnData {
    * @param {{redraw: () => void, simulate: (changes: Record<string, number>, symmetry: number) => void}} page
    */
   constructor(payload, model, byId, page) {
-    this.payload = payload;
+    this.payload = payload ?? NOTHING;
     this.model = model;
     this.byId = byId;
     this.page = page;
@@ -37,8 +40,8 @@ export class OwnData {
     this.version = 0; // changes with the points
     /** @type {{film: Film, frames: Float32Array[][]} | null} */
     this.film = null;
+    this.count = Object.values(this.payload.values)[0]?.length ?? 0;
     if (!payload) return;
-    this.count = Object.values(payload.values)[0]?.length ?? 0;
     byId("own").hidden = false;
     byId("own-title").textContent = `Your data: ${payload.title}`;
     this.#buildFilters();
@@ -47,7 +50,7 @@ export class OwnData {
 
   /** @param {string} name @param {number} row @returns {any} not a number where not measured */
   #value(name, row) {
-    return this.payload?.values[name]?.[row] ?? NaN;
+    return this.payload.values[name]?.[row] ?? NaN;
   }
 
   get chosenPoint() {
@@ -57,31 +60,32 @@ export class OwnData {
   #filter() {
     const passes = (/** @type {number} */ row) =>
       Object.entries(this.filters).every(([name, condition]) => {
-        const value = this.payload?.values[name]?.[row] ?? null;
+        const value = this.payload.values[name]?.[row] ?? null;
         if (typeof condition === "string") return String(value) === condition;
-        return (condition.low === null && condition.high === null) || (value !== null && value >= (condition.low ?? -Infinity) && value <= (condition.high ?? Infinity));
+        const { low, high } = condition;
+        return value === null ? low === -Infinity && high === Infinity : value >= low && value <= high;
       });
     ++this.version;
     this.points = [];
     let unplaced = 0;
-    for (let row = 0; row < /** @type {number} */ (this.count); ++row) {
+    for (let row = 0; row < this.count; ++row) {
       if (!passes(row)) continue;
       const strength = this.#value("capillary_number", row) * this.#value("normalized_area", row) * this.#value("normalized_thickness", row);
       const symmetry = this.#value("symmetry", row);
       if (!(strength > 0) || !Number.isFinite(symmetry)) ++unplaced;
-      this.points.push({ own: row, strength, symmetry, outcome: this.#outcome(row), small: /** @type {number} */ (this.count) > 400 });
+      this.points.push({ own: row, strength, symmetry, outcome: this.#outcome(row), small: this.count > 400 });
     }
-    const words = [`${this.points.length.toLocaleString("en")} of ${/** @type {number} */ (this.count).toLocaleString("en")} collisions`];
+    const words = [`${this.points.length.toLocaleString("en")} of ${this.count.toLocaleString("en")} collisions`];
     if (unplaced) words.push(`${unplaced} without a place in the diagram, because S or Ca Ã z̃ is not known`);
-    this.byId("own-word").textContent = [words.join("; "), ...(this.payload?.words ?? [])].join(". ") + ".";
+    this.byId("own-word").textContent = [words.join("; "), ...this.payload.words].join(". ") + ".";
     this.page.redraw();
   }
 
   /** @param {number} row */
   #outcome(row) {
-    const broke = this.payload?.values.broke?.[row];
+    const broke = this.payload.values.broke?.[row];
     if (broke === true) return "broke";
-    const outcome = this.payload?.values.outcome?.[row];
+    const outcome = this.payload.values.outcome?.[row];
     if (outcome) return outcome;
     return broke === false ? "slipped" : "failed";
   }
@@ -91,20 +95,19 @@ export class OwnData {
     const add = document.createElement("select");
     add.setAttribute("aria-label", "Filter by a column");
     add.append(new Option("filter by …", ""));
-    for (const column of /** @type {Payload} */ (this.payload).columns) add.append(new Option(column.name, column.name));
+    for (const column of this.payload.columns) add.append(new Option(column.name, column.name));
     add.onchange = () => {
       if (add.value) this.#addFilter(add.value, add);
       add.value = "";
     };
     box.append(add);
-    const names = /** @type {Payload} */ (this.payload).columns.map((column) => column.name);
-    if (names.includes("accepted") && /** @type {Payload} */ (this.payload).values.accepted.includes(false)) this.#addFilter("accepted", add, "true");
+    if (this.payload.values.accepted?.includes(false)) this.#addFilter("accepted", add, "true");
   }
 
   /** @param {string} name @param {HTMLElement} before @param {string} [value] */
   #addFilter(name, before, value) {
     if (name in this.filters) return;
-    const column = /** @type {any} */ (this.payload?.columns.find((each) => each.name === name));
+    const column = /** @type {any} */ (this.payload.columns.find((each) => each.name === name));
     const box = document.createElement("fieldset");
     const legend = document.createElement("legend");
     const close = Object.assign(document.createElement("button"), { type: "button", textContent: "×" });
@@ -123,14 +126,14 @@ export class OwnData {
 
   /** @param {string} name */
   #range(name) {
-    const condition = (this.filters[name] = { low: /** @type {number | null} */ (null), high: /** @type {number | null} */ (null) });
-    const numbers = /** @type {number[]} */ (this.payload?.values[name]).filter((value) => value !== null);
+    const condition = (this.filters[name] = { low: -Infinity, high: Infinity });
+    const numbers = this.payload.values[name].filter((value) => value !== null);
     const ends = numbers.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
     return /** @type {const} */ (["low", "high"]).map((end, k) => {
       const field = Object.assign(document.createElement("input"), { type: "number", step: "any", placeholder: numbers.length ? shown(ends[k]) : "" });
       field.setAttribute("aria-label", `${name}, ${k ? "at most" : "at least"}`);
       field.oninput = () => {
-        condition[end] = Number.isFinite(field.valueAsNumber) ? field.valueAsNumber : null;
+        condition[end] = Number.isFinite(field.valueAsNumber) ? field.valueAsNumber : [-Infinity, Infinity][k];
         this.#filter();
       };
       return field;
@@ -139,9 +142,10 @@ export class OwnData {
 
   /** @param {string} name @param {string} [value] */
   #choice(name, value) {
-    const words = [...new Set(/** @type {any[]} */ (this.payload?.values[name]).map(String))].sort().slice(0, 500);
+    const words = [...new Set(this.payload.values[name].map(String))].sort().slice(0, 500);
     const select = document.createElement("select");
-    select.append(...words.map((word) => new Option(word.length > 40 ? `${word.slice(0, 39)}…` : word || "(empty)", word)));
+    const told = (/** @type {string} */ word) => (word === "null" ? "(not known)" : word.length > 40 ? `${word.slice(0, 39)}…` : word || "(empty)");
+    select.append(...words.map((word) => new Option(told(word), word)));
     select.value = value !== undefined && words.includes(value) ? value : words[0] ?? "";
     this.filters[name] = select.value;
     select.onchange = () => {
@@ -153,9 +157,9 @@ export class OwnData {
 
   /** Lines about a row. @param {number} row */
   #lines(row) {
-    const known = /** @type {Payload} */ (this.payload).columns.filter(({ name }) => TOLD.includes(name));
+    const known = this.payload.columns.filter(({ name }) => TOLD.includes(name));
     const lines = known.map(({ name, unit }) => {
-      const value = this.payload?.values[name]?.[row];
+      const value = this.payload.values[name]?.[row];
       if (value === null || value === undefined || value === "") return "";
       return `${name} = ${typeof value === "number" ? shown(value) : value}${unit && unit !== "1" ? ` ${unit}` : ""}`;
     });
@@ -171,9 +175,8 @@ export class OwnData {
 
   /** @param {number} row */
   #picture(row) {
-    const source = this.payload?.thumbnails[row];
-    if (!source) return null;
-    return Object.assign(document.createElement("img"), { src: source, alt: `Frames of collision ${row}` });
+    const src = this.payload.thumbnails[row];
+    return src ? Object.assign(document.createElement("img"), { src, alt: `Frames of collision ${row}` }) : null;
   }
 
   /** @param {number} row */
@@ -191,7 +194,7 @@ export class OwnData {
     why.textContent = problem || "A droplet of the same S, Ca and D0/R.";
     button.onclick = () => this.#simulate(row);
     box.replaceChildren(...[this.#picture(row), text, button, why].filter((element) => element !== null));
-    const film = this.payload?.films[row];
+    const film = this.payload.films[row];
     this.film = film ? { film, frames: unpacked(film) } : null;
     this.byId("measured-stage").hidden = !film;
     this.byId("measured-badge").textContent = `measured: ${this.#outcome(row)}`;
@@ -224,22 +227,20 @@ export class OwnData {
     this.page.simulate(changes, symmetry);
   }
 
-  /** @param {import("./scene.js").View} v of the simulated scene @param {number} time since contact, t0 */
+  /** @param {Plane} v of the simulated scene @param {number} time since contact, t0 */
   draw(v, time) {
     if (!this.film) return;
     const { film, frames } = this.film;
     const canvas = this.byId("measured");
     const { context, width, height, font } = surface(canvas);
-    const X = (/** @type {number} */ x) => (x - v.left) * v.scale;
-    const Y = (/** @type {number} */ y) => height / 2 - y * v.scale;
-    context.fillStyle = colour("fluid");
-    context.fillRect(0, 0, width, height);
-    drawPillar(context, X(0), Y(0), film.radius * v.scale);
+    const plane = new Plane(v.left, v.scale, width, height);
+    drawFluid(context, plane);
+    drawPillar(context, plane, film.radius);
     let nearest = 0;
     film.times.forEach((each, k) => {
       if (Math.abs(each - time) < Math.abs(film.times[nearest] - time)) nearest = k;
     });
-    for (const outline of frames[nearest]) drawOutline(context, outline, X, Y);
+    for (const outline of frames[nearest]) drawOutline(context, plane, outline);
     context.textAlign = "right";
     const [first, last] = [film.times[0], /** @type {number} */ (film.times.at(-1))];
     const word = time < first - 0.05 ? "before the film" : time > last + 0.05 ? "after the film" : "";

@@ -21,7 +21,8 @@ export const QUANTITIES = /** @type {const} */ ([
   ["surface_tension", "γ, interface", "mN/m", "mN/m"],
   ["offset", "start y", "µm", "um"],
 ]);
-const GROUPS = ["size_ratio", "simulation_capillary_number", "offset"];
+/** What decides a collision beside the constants. */
+export const GROUPS = ["size_ratio", "simulation_capillary_number", "offset"];
 
 export class Model {
   /** @param {any} facts what Python says of the model */
@@ -103,6 +104,11 @@ export class Model {
     const good = typeof value === "number" && Number.isFinite(value) && (!p.whole || Number.isInteger(value)) &&
       value >= /** @type {number} */ (p.low) && value <= /** @type {number} */ (p.high);
     return good ? "" : `${name} must be ${p.rule}; got ${value}; ${p.advice}`;
+  }
+
+  /** Why values are refused, or nothing. @param {Values} values */
+  firstRefusal(values) {
+    return this.parameters.map(({ name }) => this.refusal(name, values[name], values)).find(Boolean) ?? "";
   }
 
   /**
@@ -204,6 +210,11 @@ export class Model {
 function pythonic(value) {
   if (typeof value === "boolean") return value ? "True" : "False";
   return typeof value === "string" ? `"${value}"` : String(value);
+}
+
+/** A time in seconds. @param {number} time t0 @param {Quantities} quantities */
+export function secondsOf(time, quantities) {
+  return (time * quantities.diameter * 1e-3) / quantities.speed;
 }
 
 /** @param {number} value @param {number} digits significant */

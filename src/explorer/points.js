@@ -1,6 +1,7 @@
 // @ts-check
 // Every collision that was tried: for the diagram, and as a table that other programs read.
 import { outcomeOf } from "./engine.js";
+import { GROUPS, secondsOf } from "./parameters.js";
 
 /**
  * @typedef {import("./engine.js").Run} Run
@@ -61,7 +62,7 @@ export class Points {
 
   /** The points as CSV, in the columns of pinchoff's collisions table; not measured is empty. */
   csv() {
-    const own = this.model.parameters.map((p) => p.name).filter((name) => !["size_ratio", "simulation_capillary_number", "offset"].includes(name));
+    const own = this.model.parameters.map((p) => p.name).filter((name) => !GROUPS.includes(name));
     const columns = [...COLUMNS.map(([name]) => name), ...own.map((name) => this.model.byName[name].column)];
     const rows = this.all.map((tried, k) => [
       ...COLUMNS.map(([, of]) => of(tried, k)),
@@ -75,9 +76,7 @@ export class Points {
 const COLUMNS = [
   ["source", () => "simulation"],
   ["collision_id", (_, k) => k],
-  ["size_ratio", (t) => t.values.size_ratio],
-  ["simulation_capillary_number", (t) => t.values.simulation_capillary_number],
-  ["offset", (t) => t.values.offset],
+  ...GROUPS.map((name) => /** @type {[string, (tried: Tried) => any]} */ ([name, (t) => t.values[name]])),
   ["capillary_number", (t) => t.groups.capillary],
   ["normalized_area", (t) => t.groups.area],
   ["normalized_thickness", (t) => t.groups.thickness],
@@ -98,7 +97,7 @@ const COLUMNS = [
   ["droplet_count", (t) => t.run.result.droplet_count],
   ["end_time", (t) => t.run.result.end_time],
   // In the laboratory's units, where they were chosen; empty where not.
-  ["contact_time_s", (t) => physical(t, (q) => (t.run.result.contact_time * q.diameter * 1e-3) / q.speed)],
+  ["contact_time_s", (t) => physical(t, (q) => secondsOf(t.run.result.contact_time, q))],
   ["area_um2", (t) => physical(t, (q) => t.run.result.contact_area * q.diameter ** 2)],
   ["speed_mm_s", (t) => physical(t, (q) => t.run.result.contact_speed * q.speed)],
   ["neck_um", (t) => physical(t, (q) => t.run.result.minimum_neck * q.diameter)],

@@ -1,7 +1,7 @@
 // @ts-check
 // A run in words and numbers.
 import { outcomeOf } from "./engine.js";
-import { shown } from "./parameters.js";
+import { secondsOf, shown } from "./parameters.js";
 
 /** @typedef {import("./points.js").Tried} Tried @typedef {import("./engine.js").Run} Run */
 
@@ -34,7 +34,7 @@ export function linesOf({ outcome, breakupNumber, symmetry, groups, values, run:
 export function showNumbers(list, tried, run) {
   const { result } = run;
   const { groups, breakupNumber, values, quantities: q } = tried;
-  const time = (/** @type {number} */ t) => (q ? [shown((t * q.diameter * 1e-3) / q.speed), "s"] : [shown(t), "t0"]);
+  const time = (/** @type {number} */ t) => (q ? [shown(secondsOf(t, q)), "s"] : [shown(t), "t0"]);
   const length = (/** @type {number} */ x) => (q ? [shown(x * q.diameter), "µm"] : [shown(x), "D0"]);
   const neck = Number.isFinite(result.minimum_neck) ? result.minimum_neck : NaN;
   const side = breakupNumber > 1 ? "above the line" : breakupNumber <= 1 ? "below the line" : "";

@@ -10,7 +10,7 @@ export function outlineIn(recording, k) {
 }
 
 /** The frame at or before a time. @param {Recording} recording @param {number} time */
-export function frameAt(recording, time) {
+function frameAt(recording, time) {
   let low = 0;
   let high = recording.times.length - 1;
   while (low < high) {

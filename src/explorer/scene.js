@@ -4,7 +4,7 @@ import { colour, label, surface } from "./canvas.js";
 import { AREA, ID, INFO, NECK } from "./engine.js";
 import { shown } from "./parameters.js";
 import { centre, extent, outlineIn, outlinesAt } from "./recording.js";
-import { drawHalves, drawNeck, drawOutline, drawPillar, drawScaleBar } from "./shapes.js";
+import { drawFluid, drawHalves, drawNeck, drawOutline, drawPillar, drawScaleBar, Plane } from "./shapes.js";
 
 /** @typedef {import("./engine.js").Run} Run @typedef {import("./engine.js").Recording} Recording */
 
@@ -12,20 +12,14 @@ import { drawHalves, drawNeck, drawOutline, drawPillar, drawScaleBar } from "./s
 const CONTACT_SHOWN = 0.3;
 const STREAKS = 130;
 
-/**
- * What part of the plane is seen: centre x, width in D0, pixels a D0.
- * @typedef {{left: number, right: number, scale: number, width: number, height: number}} View
- */
-
-/** @param {number} radius @param {number} offset @param {number} width @param {number} height @returns {View} */
-export function viewOf(radius, offset, width, height) {
-  const left = -Math.min(radius, 1.5) - (radius > 1.5 ? radius - 1.5 : 0) - (width < 500 ? 1.5 : 1.9);
-  let right = radius <= 1.5 ? radius + (width < 500 ? 1.6 : 2.3) : -radius + 3.2;
+/** What part of the plane is seen. @param {number} radius @param {number} offset @param {number} width @param {number} height px */
+function viewOf(radius, offset, width, height) {
+  const left = -radius - (width < 500 ? 1.5 : 1.9);
+  const right = radius <= 1.5 ? radius + (width < 500 ? 1.6 : 2.3) : -radius + 3.2;
   const tall = 2 * (Math.abs(offset) + 0.62); // the droplet's start is in view
   const wide = (tall * width) / height;
   const extra = Math.max(0, wide - (right - left)) / 2;
-  right += extra;
-  return { left: left - extra, right, scale: width / (right - left + extra), width, height };
+  return new Plane(left - extra, width / (right - left + 2 * extra), width, height);
 }
 
 export class Scene {
@@ -98,23 +92,19 @@ export class Scene {
   }
 
   draw() {
-    const { context, width, height, font } = surface(this.canvas);
+    const { context, font } = surface(this.canvas);
     const v = this.view;
-    const X = (/** @type {number} */ x) => (x - v.left) * v.scale;
-    const Y = (/** @type {number} */ y) => height / 2 - y * v.scale;
-    context.fillStyle = colour("fluid");
-    context.fillRect(0, 0, width, height);
-    this.#drawStreaks(context, v, X, Y);
-    drawPillar(context, X(0), Y(0), this.radius * v.scale);
-    if (this.run?.recording) this.#drawPath(context, X, Y);
-    this.#drawHandle(context, v, X, Y);
-    if (this.run?.recording) this.#drawDroplets(context, this.run, this.run.recording, v, X, Y, font);
+    drawFluid(context, v);
+    this.#drawStreaks(context, v);
+    drawPillar(context, v, this.radius);
+    if (this.run?.recording) this.#drawPath(context, v, this.run.recording);
+    this.#drawHandle(context, v);
+    if (this.run?.recording) this.#drawDroplets(context, v, this.run, this.run.recording, font);
     drawScaleBar(context, v, font, this.unitWord);
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {View} v @param {(x: number) => number} X
-   * @param {(y: number) => number} Y */
-  #drawStreaks(context, v, X, Y) {
+  /** @param {CanvasRenderingContext2D} context @param {Plane} v */
+  #drawStreaks(context, v) {
     if (!this.velocity) return;
     const tall = v.height / v.scale;
     const key = `${this.radius} ${v.left} ${v.right} ${tall}`;
@@ -133,16 +123,15 @@ export class Scene {
       if (Math.hypot(x, y) < this.radius) continue;
       const [u, w] = this.velocity(x, y);
       const long = 0.13 / Math.max(1, Math.hypot(u, w));
-      context.moveTo(X(x), Y(y));
-      context.lineTo(X(x + long * u), Y(y + long * w));
+      context.moveTo(v.X(x), v.Y(y));
+      context.lineTo(v.X(x + long * u), v.Y(y + long * w));
     }
     context.stroke();
   }
 
-  /** The way of the droplet's centre until it breaks. @param {CanvasRenderingContext2D} context
-   * @param {(x: number) => number} X @param {(y: number) => number} Y */
-  #drawPath(context, X, Y) {
-    const recording = /** @type {Recording} */ (this.run?.recording);
+  /** The way of the droplet's centre until it breaks.
+   * @param {CanvasRenderingContext2D} context @param {Plane} v @param {Recording} recording */
+  #drawPath(context, v, recording) {
     context.setLineDash([2, 5]);
     context.strokeStyle = colour("faint");
     context.lineWidth = 1;
@@ -151,26 +140,22 @@ export class Scene {
       const k = recording.frames[f];
       if (recording.info[k * INFO + ID] !== 0) break;
       const [x, y] = centre(outlineIn(recording, k));
-      context.lineTo(X(x), Y(y));
+      context.lineTo(v.X(x), v.Y(y));
     }
     context.stroke();
     context.setLineDash([]);
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {View} v @param {(x: number) => number} X
-   * @param {(y: number) => number} Y */
-  #drawHandle(context, v, X, Y) {
-    const x = X(this.handle);
-    const y = Y(this.offset);
-    const half = 0.5 * v.scale;
-    context.strokeStyle = colour(this.hover ? "accent" : "faint");
+  /** @param {CanvasRenderingContext2D} context @param {Plane} v */
+  #drawHandle(context, v) {
+    const [x, y] = [v.X(this.handle), v.Y(this.offset)];
+    context.strokeStyle = context.fillStyle = colour(this.hover ? "accent" : "faint");
     context.lineWidth = this.hover ? 2 : 1.2;
     context.setLineDash([5, 5]);
     context.beginPath();
-    context.arc(x, y, half, 0, 2 * Math.PI);
+    context.arc(x, y, 0.5 * v.scale, 0, 2 * Math.PI);
     context.stroke();
     context.setLineDash([]);
-    context.fillStyle = colour(this.hover ? "accent" : "faint");
     for (const side of [-1, 1]) {
       context.beginPath();
       context.moveTo(x - 6, y + side * 7);
@@ -180,29 +165,26 @@ export class Scene {
     }
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {Run} run @param {Recording} recording @param {View} v
-   * @param {(x: number) => number} X @param {(y: number) => number} Y @param {number} font */
-  #drawDroplets(context, run, recording, v, X, Y, font) {
+  /** @param {CanvasRenderingContext2D} context @param {Plane} v @param {Run} run @param {Recording} recording
+   * @param {number} font */
+  #drawDroplets(context, v, run, recording, font) {
     const now = outlinesAt(recording, this.time);
     const contact = run.contacts[0];
     const halves = contact && Math.abs(this.time - contact.time) < CONTACT_SHOWN;
-    for (const { points } of now) drawOutline(context, points, X, Y);
-    if (halves) drawHalves(context, contact, now.find((d) => d.info[ID] === contact.droplet), v, X, Y);
+    for (const { points } of now) drawOutline(context, v, points);
+    if (halves) drawHalves(context, v, contact, now.find((d) => d.info[ID] === contact.droplet));
     for (const { info } of now) {
       const touched = contact && this.time >= contact.time;
-      if (touched && Number.isFinite(info[NECK]) && info[NECK] < 0.75 * Math.sqrt((4 * info[AREA]) / Math.PI)) drawNeck(context, info, X, Y);
+      if (touched && Number.isFinite(info[NECK]) && info[NECK] < 0.75 * Math.sqrt((4 * info[AREA]) / Math.PI)) drawNeck(context, v, info);
     }
-    const [, right] = now.reduce(([l, r], { points }) => {
-      const [a, b] = extent(points);
-      return [Math.min(l, a), Math.max(r, b)];
-    }, [Infinity, -Infinity]);
+    const right = Math.max(...now.map(({ points }) => extent(points)[1]));
     if (right < v.left) {
       context.textAlign = "left";
       label(context, `◂ the droplet is ${shown(v.left - right, 2)} D0 upstream`, 12, v.height - 14 - font, "faint");
     }
     if (halves) {
       context.textAlign = "left";
-      label(context, `S = ${shown(contact.symmetry)}`, X(this.radius) + 12, Y(0) - 10, "centre");
+      label(context, `S = ${shown(contact.symmetry)}`, v.X(this.radius) + 12, v.Y(0) - 10, "centre");
     }
   }
 }

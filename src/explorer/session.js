@@ -72,7 +72,7 @@ export class Session {
 
   compute() {
     const { model, state } = this;
-    this.refused = this.#refusal();
+    this.refused = model.firstRefusal(state.values);
     this.page.set();
     if (this.refused) return;
     const values = { ...state.values };
@@ -88,20 +88,11 @@ export class Session {
   seek(changes, symmetry) {
     const { model } = this;
     const values = { ...this.state.values, ...changes };
-    if (model.parameters.some(({ name }) => model.refusal(name, values[name], values))) return;
+    if (model.firstRefusal(values)) return;
     this.newest?.ask({ job: "seek", row: model.row(values), symmetry }, ({ found, newer }) => {
       if (found.fault || newer) return;
       this.set({ ...changes, offset: rounded(found.offset, 4) });
     });
-  }
-
-  #refusal() {
-    const { model, state } = this;
-    for (const { name } of model.parameters) {
-      const text = model.refusal(name, state.values[name], state.values);
-      if (text) return text;
-    }
-    return "";
   }
 
   /** @param {Values} values @param {Quantities | null} quantities @param {Run} computed */

@@ -1,16 +1,13 @@
 // @ts-check
 // Out of the page and back: links that hold its state, texts to copy, pictures and tables to save.
 import { copyText, saveBlob, savePng } from "./export.js";
-import { fragmentOf, MOST_LINKED, readFragment } from "./link.js";
+import { fragmentOf, MOST_LINKED, OF_POINTS, readFragment } from "./link.js";
 import { QUANTITIES } from "./parameters.js";
 
 /** @typedef {import("./parameters.js").Values} Values */
 
 const QUANTITY_NAMES = QUANTITIES.map(([name]) => name);
 const LINK_AFTER = 400; // ms without a change
-
-/** Values that differ between the points of one link; all others are those of the state. */
-const OF_POINTS = ["offset", "simulation_capillary_number", "size_ratio"];
 
 export class Sharing {
   /** @param {import("./session.js").Session} session @param {import("./diagram.js").Diagram} diagram
@@ -72,7 +69,7 @@ export class Sharing {
       logarithmic: this.diagram.logarithmic,
       without: [...this.diagram.without],
       map: state.map,
-      tried: byHand.slice(-MOST_LINKED).map(({ values }) => [values.offset, values.simulation_capillary_number, values.size_ratio]),
+      tried: byHand.slice(-MOST_LINKED).map(({ values }) => OF_POINTS.map((name) => values[name])),
     };
   }
 

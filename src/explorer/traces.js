@@ -1,6 +1,6 @@
 // @ts-check
 // Neck, shape parameter and area of every droplet against time, on one axis of time.
-import { colour, surface, ticks } from "./canvas.js";
+import { colour, line, surface, ticks } from "./canvas.js";
 import { AREA, ID, INFO, NECK, SHAPE } from "./engine.js";
 
 /** @typedef {import("./engine.js").Run} Run */
@@ -53,19 +53,14 @@ export class Traces {
       context.fillStyle = colour("faint");
       context.textAlign = "right";
       for (const tick of ticks(floor, most, Math.max(1, Math.floor((low - top) / (1.5 * font))))) {
-        context.beginPath();
-        context.moveTo(this.left, Y(tick));
-        context.lineTo(width - 10, Y(tick));
-        context.stroke();
+        line(context, this.left, Y(tick), width - 10, Y(tick));
         context.fillText(String(tick), this.left - 6, Y(tick) + 0.35 * font);
       }
       if (of === NECK && this.threshold) {
         context.setLineDash([5, 4]);
         context.strokeStyle = colour("neck");
-        context.beginPath();
-        context.moveTo(this.left, Y(this.threshold * this.units.length));
-        context.lineTo(width - 10, Y(this.threshold * this.units.length));
-        context.stroke();
+        const y = Y(this.threshold * this.units.length);
+        line(context, this.left, y, width - 10, y);
         context.setLineDash([]);
       }
       for (const [id, curve] of curves) drawCurve(context, curve, X, Y, colour(SHADES[id % SHADES.length]), this.from);
@@ -88,21 +83,13 @@ export class Traces {
     context.fillText(timeWord, width - 4, height - 0.3 * font);
     context.strokeStyle = colour("faint");
     context.lineWidth = 1;
-    for (const time of [this.run?.contacts[0]?.time, this.run?.breakups[0]?.time]) {
-      if (time === undefined) continue;
-      context.setLineDash([2, 3]);
-      context.beginPath();
-      context.moveTo(X(time), 0);
-      context.lineTo(X(time), height - 1.5 * font);
-      context.stroke();
-      context.setLineDash([]);
-    }
+    const vertical = (/** @type {number} */ time) => line(context, X(time), 0, X(time), height - 1.5 * font);
+    context.setLineDash([2, 3]);
+    for (const time of [this.run?.contacts[0]?.time, this.run?.breakups[0]?.time]) if (time !== undefined) vertical(time);
+    context.setLineDash([]);
     context.strokeStyle = colour("accent");
     context.lineWidth = 2;
-    context.beginPath();
-    context.moveTo(X(Math.max(this.from, this.time)), 0);
-    context.lineTo(X(Math.max(this.from, this.time)), height - 1.5 * font);
-    context.stroke();
+    vertical(Math.max(this.from, this.time));
   }
 }
 

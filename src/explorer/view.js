@@ -2,7 +2,7 @@
 // What the page shows of the state and of the run, in pictures and in words.
 import { forgetColours } from "./canvas.js";
 import { outcomeOf } from "./engine.js";
-import { shown } from "./parameters.js";
+import { secondsOf, shown } from "./parameters.js";
 import { linesOf, showMarks, showNumbers, summaryOf, WORDS } from "./readout.js";
 
 const darkScreen = matchMedia("(prefers-color-scheme: dark)");
@@ -56,7 +56,7 @@ export class View {
     scene.time = traces.time = state.time;
     scene.unitWord = quantities ? `D0 = ${shown(quantities.diameter)} µm` : "D0";
     traces.units = quantities
-      ? { time: (quantities.diameter * 1e-3) / quantities.speed, timeWord: "t / s", length: quantities.diameter, neckWord: "neck / µm" }
+      ? { time: secondsOf(1, quantities), timeWord: "t / s", length: quantities.diameter, neckWord: "neck / µm" }
       : { time: 1, timeWord: "t / t0", length: 1, neckWord: "neck / D0" };
     scene.draw();
     own.draw(scene.view, state.time - (run?.contacts[0]?.time ?? 0));
@@ -74,9 +74,8 @@ export class View {
     scrub.max = String(this.clock.end);
     scrub.value = String(time);
     scrub.setAttribute("aria-valuetext", `${shown(time)} t0`);
-    this.byId("clock").textContent = quantities
-      ? `t = ${((time * quantities.diameter * 1e-3) / quantities.speed).toFixed(2)} s`
-      : `t = ${time.toFixed(2)} t0`;
+    const clock = quantities ? `${secondsOf(time, quantities).toFixed(2)} s` : `${time.toFixed(2)} t0`;
+    this.byId("clock").textContent = `t = ${clock}`;
   }
 
   showRefusal() {

@@ -63,9 +63,7 @@ def kill_and_go_on(folder, kills, seed, config=CONFIG):
     draw = random.Random(seed)
     hits = 0
     for count in sorted(draw.sample(range(1, written - 10), kills)):
-        program = subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
+        program = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         while program.poll() is None and len(list((folder / "killed").glob("*"))) < count:
             time.sleep(1e-3)
         time.sleep(draw.uniform(0.0, 0.02))

@@ -47,7 +47,7 @@ def test_a_key_may_be_written_with_and_without_quotes():
         ({"array.gap": []}, "sweep.array.gap", "a list"),
         ({"array.gap": [1.0, -1.0]}, "array.gap", "in run 1 (array.gap = -1.0)"),
         ({"array.gapp": [1.0]}, "array.gapp", "a key of"),
-        ({"time.x": [1.0]}, "sweep.time.x", "a key of a table"),
+        ({"time.x": [1.0]}, "time", "a table; got 5 in run 0 (time.x = 1.0)"),
         ({"seed": list(range(1001))}, "sweep", "at most 1000"),
     ],
 )

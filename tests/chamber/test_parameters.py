@@ -9,6 +9,8 @@ from pinchoff.chamber import Chamber, read_design
 from pinchoff.chamber.record import design_record
 from pinchoff.support.records import json_text
 
+PARTS = [field.annotation for field in Chamber.model_fields.values() if field.default_factory]
+
 
 def test_the_defaults_are_the_papers_device(paper):
     assert paper.length_um == pytest.approx(22_000)
@@ -22,6 +24,14 @@ def test_it_loads_with_the_package_on_first_use():
     assert po.chamber.Chamber is Chamber
     with pytest.raises(AttributeError, match="chember"):
         po.chamber.chember  # noqa: B018
+
+
+@pytest.mark.parametrize("model", [po.PhysicalScale, *PARTS])
+def test_every_parameter_is_documented_with_what_it_must_be(model):
+    for name, field in model.model_fields.items():
+        assert f"    {name} : " in model.__doc__
+        said = " ".join(model.__doc__.partition(f"{name} : ")[2].split())
+        assert f"{field.json_schema_extra.meaning[1:]}: {field.json_schema_extra.rule}" in said
 
 
 @pytest.mark.parametrize("radius", [60, 85, 120])

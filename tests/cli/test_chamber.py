@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import pytest
 
@@ -11,7 +10,6 @@ from pinchoff.cli import main
 
 gdstk = pytest.importorskip("gdstk", reason="the extra 'chamber' is not installed")
 
-FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 ALWAYS = [
     *("chamber.dxf", "chamber.gds", "chamber.oas", "chamber.png", "chamber.scad"),
     *("chamber.stl", "chamber.svg", "design.json"),
@@ -108,7 +106,7 @@ def test_a_design_that_breaks_a_rule_is_drawn_and_refused(tmp_path, capsys):
     assert files_in(tmp_path / "a") == ["chamber.rules.png"]
     wrote, error = printed.err.splitlines(keepends=True)
     assert wrote.startswith("wrote ")
-    assert FORM.fullmatch(error)["argument"] == "the chamber"
+    assert error.startswith("error: the chamber must be within its design rules; got ")
     assert "span at (" in error
 
 
@@ -122,13 +120,12 @@ def test_with_warn_the_same_design_is_written(tmp_path, capsys):
 
 
 @pytest.mark.usefixtures("unrendered")
-def test_results_are_kept_unless_overwritten(small, tmp_path, capsys):
+def test_results_are_kept_unless_overwritten(small, tmp_path, capsys, refusal):
     out = tmp_path / "a"
     assert chamber(small, "--out", out) == 0
     before = {path.name: path.read_bytes() for path in out.iterdir()}
     capsys.readouterr()
-    assert chamber(small, "--out", out) == 2
-    assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
+    assert refusal("chamber", small, "--out", out)["argument"] == "--out"
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
     assert chamber(small, "--out", out, "--overwrite") == 0
     after = {path.name: path.read_bytes() for path in out.iterdir()}
@@ -150,22 +147,15 @@ def test_results_are_kept_unless_overwritten(small, tmp_path, capsys):
         ("imaging", ["--set", "imaging=3", "--set", "imaging.rows=3"]),
         ("imaging.row", ["--set", "imaging.row=3"]),
         ("imagin", ["--set", "imagin.rows=3"]),
+        ("mask.", ["--set", "mask.=3"]),
         ("imaging.pitch_um", ["--set", "imaging.pitch_um=160"]),
         ("imaging.pitch_um", ["--obstacle-radius", "500 um"]),
         ("nowhere.toml", ["nowhere.toml"]),
     ],
 )
-def test_wrong_input_is_refused(tmp_path, capsys, argument, options):
-    assert chamber(*options, "--out", tmp_path / "a") == 2
-    printed = capsys.readouterr()
-    assert FORM.fullmatch(printed.err)["argument"] == argument
-    assert printed.out == ""
+def test_wrong_input_is_refused(tmp_path, refusal, argument, options):
+    assert refusal("chamber", *options, "--out", tmp_path / "a")["argument"] == argument
     assert not (tmp_path / "a").exists()
-
-
-def test_help_has_an_example(capsys):
-    assert chamber("--help") == 0
-    assert "pinchoff chamber --out device" in capsys.readouterr().out
 
 
 @pytest.mark.slow

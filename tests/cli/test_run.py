@@ -17,7 +17,6 @@ import pytest
 import pinchoff as po
 from pinchoff.cli import main
 
-PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
 FORM = re.compile(r"error: (?P<argument>.+?) must be .+?; got .+?; .+\n")
 COARSE = ["--frames-every", "0.2"]
 PHYSICAL = [
@@ -27,17 +26,22 @@ PHYSICAL = [
 ]
 
 
-def run(*arguments, **options):
-    """Run the program in a process of its own."""
-    return subprocess.run(
-        [*PROGRAM, "run", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        timeout=120,
-        check=False,
-        **options,
-    )
+@pytest.fixture
+def run(program):
+    """Function (*arguments, **options) -> the program's end, in a process of its own."""
+
+    def call(*arguments, **options):
+        return subprocess.run(
+            [*program, "run", *map(str, arguments)],
+            capture_output=True,
+            text=True,
+            encoding="utf-8",
+            timeout=120,
+            check=False,
+            **options,
+        )
+
+    return call
 
 
 def strict_json(text):
@@ -65,7 +69,7 @@ def finished(tmp_path_factory):
     return out
 
 
-def test_every_option_at_once(tmp_path):
+def test_every_option_at_once(tmp_path, run):
     av = pytest.importorskip("av")
     out = tmp_path / "new" / "folder"
     done = run(
@@ -229,14 +233,9 @@ def test_warning_is_one_line(tmp_path, capsys):
         (["missing.toml"], "missing.toml"),
     ],
 )
-def test_wrong_argument_is_refused_by_name(tmp_path, monkeypatch, capsys, arguments, named):
+def test_wrong_argument_is_refused_by_name(tmp_path, monkeypatch, refusal, arguments, named):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", *arguments]) == 2
-    printed = capsys.readouterr()
-    form = FORM.fullmatch(printed.err)
-    assert form is not None, printed.err
-    assert form["argument"] == named
-    assert printed.out == ""
+    assert refusal("run", *arguments)["argument"] == named
     assert files_in(tmp_path) == []
 
 
@@ -263,19 +262,15 @@ def test_unparsable_line_is_refused(tmp_path, monkeypatch, capsys, arguments):
         ("size_ratio = \n", None),
     ],
 )
-def test_wrong_file_is_refused(tmp_path, capfd, text, named):
+def test_wrong_file_is_refused(tmp_path, refusal, text, named):
     config = tmp_path / "config.toml"
     config.write_text(text)
-    assert main(["run", str(config), "--out", str(tmp_path / "out")]) == 2
-    printed = capfd.readouterr()
-    form = FORM.fullmatch(printed.err)
-    assert form is not None, printed.err
-    assert form["argument"] == (named or str(config))
-    assert printed.out == ""
+    error = refusal("run", config, "--out", tmp_path / "out")
+    assert error["argument"] == (named or str(config))
     assert not (tmp_path / "out").exists()
 
 
-def test_wrong_file_is_refused_in_a_fresh_process(tmp_path):
+def test_wrong_file_is_refused_in_a_fresh_process(tmp_path, run):
     config = tmp_path / "config.toml"
     config.write_text('[physical]\ndiameter = "481 s"\n')
     done = run(config, "--out", tmp_path / "out")
@@ -284,18 +279,17 @@ def test_wrong_file_is_refused_in_a_fresh_process(tmp_path):
     assert done.stdout == ""
 
 
-def test_preset_beside_a_file_is_refused(tmp_path, capsys):
+def test_preset_beside_a_file_is_refused(tmp_path, refusal):
     config = tmp_path / "config.toml"
     config.write_text("offset = 0.1\n")
-    assert main(["run", str(config), "--preset", "default", "--out", str(tmp_path / "out")]) == 2
-    assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--preset"
+    error = refusal("run", config, "--preset", "default", "--out", tmp_path / "out")
+    assert error["argument"] == "--preset"
 
 
 @pytest.mark.parametrize("place", ["file", "file/below", "/proc/pinchoff/out"])
-def test_folder_that_cannot_be_written_is_refused(tmp_path, capsys, place):
+def test_folder_that_cannot_be_written_is_refused(tmp_path, refusal, place):
     (tmp_path / "file").write_text("in the way")
-    assert main(["run", "--out", str(tmp_path / place)]) == 2
-    assert FORM.fullmatch(capsys.readouterr().err)["argument"] == "--out"
+    assert refusal("run", "--out", tmp_path / place)["argument"] == "--out"
     assert (tmp_path / "file").read_text() == "in the way"
 
 
@@ -357,10 +351,10 @@ def test_stopped_run_exits_with_1_and_keeps_its_outlines(tmp_path, capsys):
     assert len(po.Outlines.load(out / "outlines.gsd")) > 10
 
 
-def started_slow_run(out):
+def started_slow_run(program, out):
     """Start a run that takes long, and wait until it has written some frames."""
     process = subprocess.Popen(
-        [*PROGRAM, "run", "--set", "vertex_count=1024", "--frames-every", "0.01", "--out", out],
+        [*program, "run", "--set", "vertex_count=1024", "--frames-every", "0.01", "--out", out],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -382,9 +376,9 @@ def frames_in(out):
         return 0
 
 
-def test_killed_run_leaves_readable_outlines(tmp_path, capsys):
+def test_killed_run_leaves_readable_outlines(program, tmp_path, capsys):
     out = tmp_path / "out"
-    process = started_slow_run(out)
+    process = started_slow_run(program, out)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert process.returncode == -signal.SIGKILL
@@ -397,9 +391,9 @@ def test_killed_run_leaves_readable_outlines(tmp_path, capsys):
     assert "it holds an unfinished run" in capsys.readouterr().err
 
 
-def test_interrupted_run_says_so(tmp_path):
+def test_interrupted_run_says_so(program, tmp_path):
     out = tmp_path / "out"
-    process = started_slow_run(out)
+    process = started_slow_run(program, out)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=30)
     assert process.returncode == 1
@@ -419,14 +413,6 @@ def test_movie_without_pyav_is_refused_before_the_run(tmp_path, monkeypatch, cap
     assert not (tmp_path / "out").exists()
 
 
-def test_help_shows_an_example(capsys):
-    assert main(["run", "--help"]) == 0
-    text = capsys.readouterr().out
-    assert "pinchoff run --capillary 30 --offset 0.1 --out off-centre --format pdf --gif" in text
-    for option in ("--size-ratio", "--surface-tension", "--set", "--frames-every", "--overwrite"):
-        assert option in text
-
-
 def test_version(capsys):
     assert main(["--version"]) == 0
     assert capsys.readouterr().out == f"pinchoff {po.__version__}\n"
@@ -444,7 +430,7 @@ def test_what_stands_behind_the_configuration_is_refused(capsys):
     )
 
 
-def test_console_without_greek_letters(tmp_path):
+def test_console_without_greek_letters(tmp_path, run):
     ascii_only = {**os.environ, "PYTHONIOENCODING": "ascii"}
     done = run("--out", tmp_path / "out", *COARSE, env=ascii_only)
     assert done.returncode == 0, done.stderr

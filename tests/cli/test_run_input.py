@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import json
-import re
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from pinchoff.cli import main
 
-PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
-FORM = re.compile(r"error: (?P<argument>.+?) must be (?P<rule>.+?); got .+?; (?P<advice>.+)\n")
 SHORT = ["--set", "time_limit=0.5"]
 PHYSICAL = {
     "--diameter": "481 um",
@@ -30,20 +26,9 @@ def physical(**changes):
     return [part for pair in given.items() for part in pair]
 
 
-@pytest.fixture
-def refusal(tmp_path, monkeypatch, capsys):
-    """Return a function that runs the command line, and gives the parts of its refusal."""
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        assert main(list(arguments)) == 2
-        printed = capsys.readouterr()
-        form = FORM.fullmatch(printed.err)
-        assert form is not None, printed.err
-        assert printed.out == ""
-        return form.groupdict()
-
-    return run
 
 
 @pytest.fixture
@@ -56,10 +41,10 @@ def physical_config(tmp_path):
     return str(path)
 
 
-def test_configuration_is_read_once(tmp_path):
+def test_configuration_is_read_once(tmp_path, program):
     """A pipe gives its contents once; the preset's name is known after the run all the same."""
     done = subprocess.run(
-        [*PROGRAM, "run", "/dev/stdin", *SHORT, "--out", str(tmp_path / "out")],
+        [*program, "run", "/dev/stdin", *SHORT, "--out", str(tmp_path / "out")],
         input='preset = "literal-separation"\noffset = 0.3\n',
         capture_output=True,
         text=True,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -23,7 +22,6 @@ from pinchoff.studies.sweep import summary
 from pinchoff.support import palette
 
 EXAMPLES = Path(pinchoff.cli.__file__).parent / "example_files"
-PROGRAM = [sys.executable, "-c", "import sys; from pinchoff.cli import main; sys.exit(main())"]
 CONFIG = """
 follow_daughters = false
 start_distance = 1.5
@@ -97,11 +95,11 @@ def test_failed_runs_are_warned_of(tmp_path, capsys):
     assert "warning: guards stopped 1 of 2 runs" in capsys.readouterr().err
 
 
-def test_ctrl_c_ends_with_a_hint_and_without_a_traceback(config, tmp_path):
+def test_ctrl_c_ends_with_a_hint_and_without_a_traceback(config, tmp_path, program):
     config.write_text(CONFIG.replace("count = 20", "count = 2000"))
     out = tmp_path / "out"
     process = subprocess.Popen(
-        [*PROGRAM, "sweep", str(config), "--out", str(out)], stderr=subprocess.PIPE, text=True
+        [*program, "sweep", str(config), "--out", str(out)], stderr=subprocess.PIPE, text=True
     )
     while not list(out.glob("part-*")):
         assert process.poll() is None

@@ -1,11 +1,10 @@
-"""The built page, the engine in it, and a browser; each skipped with a reason where absent."""
+"""The built page and the engine in it, skipped with a reason where absent, and the page opened."""
 
 from __future__ import annotations
 
 import base64
 import gzip
 import re
-import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,8 +13,6 @@ from typing import Any
 import pytest
 
 from pinchoff.explorer.page import explorer_page, is_built, write_explorer
-
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 
 
 @pytest.fixture(scope="session")
@@ -31,18 +28,6 @@ def code(html: str) -> bytes:
     packed = re.search(r'<script type="text/plain" id="engine">([\w+/=]*)</script>', html)
     assert packed
     return gzip.decompress(base64.b64decode(packed[1]))
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    api = pytest.importorskip("playwright.sync_api", reason="Playwright is not installed")
-    found = next(filter(None, map(shutil.which, CHROMIUM)), None)
-    if found is None:
-        pytest.skip("Chromium is not installed; Debian's package is `chromium`")
-    with api.sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
-        yield chromium
-        chromium.close()
 
 
 class Opened:

@@ -15,6 +15,7 @@ import pytest
 import pinchoff as po
 from pinchoff import Parameters, _core
 from pinchoff.cli import main
+from pinchoff.collisions.parquet import write_collisions
 from pinchoff.explorer import films, own_data
 from pinchoff.explorer.page import explorer_page
 from pinchoff.model.outlines import Outlines
@@ -26,7 +27,8 @@ Open = Callable[..., "Opened"]
 EVIL = '<script>alert("x")</script><img src=x onerror=alert(1)>'
 
 
-def simulated_table() -> pd.DataFrame:
+@pytest.fixture(scope="module")
+def table() -> pd.DataFrame:
     several = [
         Parameters(offset=y, simulation_capillary_number=ca, vertex_count=32)
         for ca in (15.0, 40.0)
@@ -36,15 +38,14 @@ def simulated_table() -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def table() -> pd.DataFrame:
-    return simulated_table()
+def mine(table: pd.DataFrame, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("table") / "mine.parquet"
+    write_collisions(table, path)
+    return path
 
 
-def test_a_table_of_ours_is_taken_as_it_stands(table: pd.DataFrame, tmp_path: Path) -> None:
-    from pinchoff.collisions.parquet import write_collisions
-
-    write_collisions(table, tmp_path / "mine.parquet")
-    own = own_data.own_data(tmp_path / "mine.parquet")
+def test_a_table_of_ours_is_taken_as_it_stands(table: pd.DataFrame, mine: Path) -> None:
+    own = own_data.own_data(mine)
     assert own["title"] == "mine.parquet"
     assert own["words"] == []
     assert own["values"]["broke"] == [bool(b) for b in table["broke"]]
@@ -54,11 +55,8 @@ def test_a_table_of_ours_is_taken_as_it_stands(table: pd.DataFrame, tmp_path: Pa
     json.dumps(own, allow_nan=False)
 
 
-def test_what_is_not_measured_is_not_a_number(table: pd.DataFrame, tmp_path: Path) -> None:
-    from pinchoff.collisions.parquet import write_collisions
-
-    write_collisions(table, tmp_path / "mine.parquet")
-    own = own_data.own_data(tmp_path / "mine.parquet")
+def test_what_is_not_measured_is_not_a_number(table: pd.DataFrame, mine: Path) -> None:
+    own = own_data.own_data(mine)
     unbroken = [k for k, broke in enumerate(table["broke"]) if not broke]
     assert unbroken
     assert all(own["values"]["daughter_area_ratio"][k] is None for k in unbroken)
@@ -83,14 +81,9 @@ def test_a_foreign_table_keeps_its_own_columns_and_says_what_is_lost(tmp_path: P
     assert "1 of 4 rows are set aside" in own["words"][0]
 
 
-def test_too_many_rows_are_thinned_with_a_word(
-    table: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    from pinchoff.collisions.parquet import write_collisions
-
+def test_too_many_rows_are_thinned_with_a_word(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(own_data, "MOST_ROWS", 3)
-    write_collisions(table, tmp_path / "mine.parquet")
-    own = own_data.own_data(tmp_path / "mine.parquet")
+    own = own_data.own_data(mine)
     assert len(own["values"]["symmetry"]) == 3
     assert own["words"] == ["3 of 4 rows, evenly taken, are in this page"]
 
@@ -245,11 +238,8 @@ def test_names_from_files_are_text(opened: Open, tmp_path: Path) -> None:
     assert page.value("document.scripts.length") == 5
 
 
-def test_points_are_filtered_by_columns(opened: Open, table: pd.DataFrame, tmp_path: Path) -> None:
-    from pinchoff.collisions.parquet import write_collisions
-
-    write_collisions(table, tmp_path / "mine.parquet")
-    page = opened(own_data.own_data(tmp_path / "mine.parquet"))
+def test_points_are_filtered_by_columns(opened: Open, table: pd.DataFrame, mine: Path) -> None:
+    page = opened(own_data.own_data(mine))
     assert page.value("explorer.own.points.length") == 4
     page.page.select_option("#own-filters > select", "simulation_capillary_number")
     page.page.locator("#own-filters input").nth(0).fill("20")

@@ -144,3 +144,12 @@ def test_marks_have_a_colour_and_a_sign():
     assert '<span class="good">✓ agrees</span>' in text
     assert '<span class="bad">✗ no</span>' in text
     assert "α<sup>1/β</sup> &lt;" in text
+
+
+def test_indices_are_lowered_and_facts_have_no_heading():
+    page = Page("Title")
+    page.facts({"2ε1 + ε2 = 0": "v_f∞", "S_c": "xS_c"})
+    text = page.html()
+    for part in ("2ε<sub>1</sub> + ε<sub>2</sub>", "v<sub>f∞</sub>", "S<sub>c</sub>", "xS_c"):
+        assert part in text
+    assert "<thead>" not in text

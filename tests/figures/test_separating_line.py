@@ -12,6 +12,7 @@ from pinchoff.figures import style
 from pinchoff.figures.appendix_c import appendix_c
 from pinchoff.figures.area_collapse import area_collapse
 from pinchoff.figures.phase_diagram import separating_line
+from pinchoff.figures.plane import logarithmic_axes
 from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.support import palette
 
@@ -95,3 +96,17 @@ def test_one_line_tension_has_no_collapse(refused, tensions):
 def test_written_whole(grid, tmp_path, suffix):
     style.save(tmp_path / f"line{suffix}", separating_line(grid))
     assert [path.name for path in tmp_path.iterdir()] == [f"line{suffix}"]
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "shown"),
+    [
+        (0.04, 0.25, [0.05, 0.1, 0.2]),
+        (0.0075, 0.018, [0.008, 0.01, 0.015]),
+        (1e-4, 0.5, [1e-4, 1e-3, 1e-2, 0.1]),
+    ],
+)
+def test_an_axis_has_several_numbers_and_not_many(low, high, shown):
+    axes = style.one_panel(2.0)
+    logarithmic_axes(axes, np.array([low, high]))
+    assert axes.get_xticks().tolist() == shown

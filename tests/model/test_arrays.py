@@ -81,9 +81,15 @@ def test_an_array_comes_from_a_table(tmp_path):
     path.write_text("X,Y,Radius\n0.5,0.5,0.2\n1.5,0.5,0.25\n")
     array = arrays.read(path, length=2, width=1)
     np.testing.assert_array_equal(array.circles, [[0.5, 0.5, 0.2], [1.5, 0.5, 0.25]])
-    path.write_text("x,y,r\n0.5,0.5,0.2\n")
-    with pytest.raises(po.InputError, match="columns x, y and radius"):
-        arrays.read(path, length=2, width=1)
+    with pytest.raises(po.InputError, match="length must be"):
+        arrays.read(path, length="long", width=1)
+    for text, words in (
+        ("x,y,r\n0.5,0.5,0.2\n", "columns x, y and radius"),
+        ("x,y,radius\n0.5,a,0.2\n", "numbers"),
+    ):
+        path.write_text(text)
+        with pytest.raises(po.InputError, match=words):
+            arrays.read(path, length=2, width=1)
 
 
 @pytest.mark.parametrize(
@@ -120,6 +126,7 @@ def test_impossible_disordered_arrays_are_refused(change, words):
         arrays.disordered(**{**good, **change})
 
 
-def test_a_staggered_lattice_needs_an_even_number_of_columns():
-    with pytest.raises(po.InputError, match="columns must be even"):
-        arrays.staggered(rows=1, columns=3, radius=0.2, gap=0.2)
+@pytest.mark.parametrize(("columns", "words"), [(3, "even"), (2.5, "a whole number")])
+def test_a_staggered_lattice_needs_an_even_number_of_columns(columns, words):
+    with pytest.raises(po.InputError, match=f"columns must be {words}"):
+        arrays.staggered(rows=1, columns=columns, radius=0.2, gap=0.2)

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import signal
-import subprocess
-import sys
-import textwrap
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,7 +12,7 @@ import pytest
 import pinchoff as po
 from pinchoff import _core
 from pinchoff.model.emulsion_result import EVENT_COLUMNS
-from pinchoff.studies.head_on import calibrate_drainage, head_on_pair
+from pinchoff.studies.head_on import head_on_pair
 
 SPRINGS, FRONT = "deformable-particle", "front-tracking"
 MODELS = (SPRINGS, FRONT)
@@ -156,9 +151,9 @@ def contact_of_still_droplets(diameters, time=0.05):
 
 
 def core_run(parameters, droplets, how, obstacles=None, seed=0, threads=1, box=None, flow=None):
-    """Return a run of the core, whose droplets may start in contact."""
+    """Return a run of the core, of parameters or their row, whose droplets may start in contact."""
     return _core.Emulsion(
-        parameters.replace(follow_daughters=True).model_row(),
+        parameters.model_row() if isinstance(parameters, po.Parameters) else parameters,
         po.flow.uniform() if flow is None else flow,
         np.zeros((0, 3)) if obstacles is None else np.array(obstacles, dtype=float),
         np.array(droplets, dtype=float),
@@ -264,28 +259,12 @@ def test_at_the_instant_of_a_merge_areas_add_up(kind):
 
 def test_merging_keeps_momentum():
     """Springs without drag, across a period: the sum of m v stays to round-off."""
-    row = model(SPRINGS).replace(line_tension=1.0)
-    starts = np.array([[0.1, 1.0, 1.0], [2.92, 1.3, 0.9], [0.9, 0.45, 0.6]])
-    parameters = row.model_row()
+    row = model(SPRINGS).replace(line_tension=1.0).model_row()
     for name, value in (("drag", 1e-13), ("neck_thickness", 0.0), ("stop_at_breakup", 0.0)):
-        parameters[_core.MODEL_FIELDS.index(name)] = value
-    run = _core.Emulsion(
-        parameters,
-        po.flow.uniform(0, 0),
-        np.zeros((0, 3)),
-        starts,
-        np.array([0.0, 3.7, 0.0, 3.0]),
-        True,
-        True,
-        0.05,
-        0.0,
-        np.zeros(4),
-        np.zeros(0),
-        math.inf,
-        np.array([0.5, 0.0, 0.0]),
-        0,
-        1,
-    )
+        row[_core.MODEL_FIELDS.index(name)] = value
+    starts = [[0.1, 1.0, 1.0], [2.92, 1.3, 0.9], [0.9, 0.45, 0.6]]
+    still, box = po.flow.uniform(0, 0), [0.0, 3.7, 0.0, 3.0]
+    run = core_run(row, starts, (0.5, 0.0, 0.0), flow=still, box=box)
     present, largest = [], 0.0
     for _ in range(60):
         run.advance(1)
@@ -409,40 +388,6 @@ def narrowing(size, nodes=64):
     return po.flow.sampled(x, x, u, 0 * u, periodic="xy")
 
 
-def through(path, **changes):
-    return crowd(2.0, MANY, seed=4, out=path, checkpoint=0.5, **changes)
-
-
-def test_a_killed_run_resumes_to_the_same_bits(tmp_path):
-    """SIGKILL with films between droplets, then resume on two threads."""
-    whole = through(tmp_path / "whole")
-    script = f"""
-        import os, signal, sys
-        sys.path.insert(0, {str(Path(__file__).parent)!r})
-        from test_coalescence import through
-        def die(time, droplets):
-            if time > 1.2:
-                os.kill(os.getpid(), signal.SIGKILL)
-        through({str(tmp_path / "killed")!r}, on_frame=die)
-    """
-    killed = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False)
-    assert killed.returncode == -signal.SIGKILL
-    resumed = through(tmp_path / "killed", resume=True, threads=2)
-    pd.testing.assert_frame_equal(whole.events, resumed.events)
-    pd.testing.assert_frame_equal(whole.sizes, resumed.sizes)
-    assert whole.balance == resumed.balance
-    late = whole.events[whole.events["time"] > 1.0]
-    assert {"merge", "touched"} <= set(late["kind"].astype(str))
-    for a, b in zip(whole.outlines[-1], resumed.outlines[-1], strict=True):
-        np.testing.assert_array_equal(a.vertices, b.vertices)
-
-
-def test_resuming_with_another_coalescence_is_refused(tmp_path):
-    crowd(0.2, po.Coalescence(0.1), out=tmp_path / "run")
-    with pytest.raises(po.InputError, match="other coalescence"):
-        crowd(0.4, po.Coalescence(0.2), out=tmp_path / "run", resume=True)
-
-
 @pytest.mark.parametrize("kind", MODELS)
 def test_numbers_balance_and_contacts_end_as_often_as_they_begin(kind):
     run, frames = frames_of(crowd, coalescence=MANY, kind=kind, time=3.0, seed=1)
@@ -456,37 +401,3 @@ def test_numbers_balance_and_contacts_end_as_often_as_they_begin(kind):
     assert 0 <= going <= run.balance["present"] * 4
     area = of_kind(run, "merge")
     assert np.allclose(area["area"], area["area_1"] + area["area_2"])
-
-
-# ---------------------------------------------------------------- K from an observation
-
-
-def test_calibrated_pairs_merge_below_the_number_and_not_above():
-    found = calibrate_drainage(0.005, model(vertices=48))
-    for share, merges in ((0.5, 1), (0.97, 1), (1.03, 0), (1.5, 0)):
-        number = share * 0.005 / 9.8e-5
-        run = head_on_pair(model(number=number, vertices=48), found.coalescence)
-        assert run.balance["merges"] == merges
-    late = calibrate_drainage(0.005, model(vertices=48), separation=0.5)
-    assert late.drainage == pytest.approx(2 * found.drainage, rel=1e-9)
-    assert late.coalescence == po.Coalescence(late.drainage, 0.5)
-
-
-def test_a_pair_that_does_not_meet_calibrates_nothing():
-    with pytest.raises(po.InputError, match="widening must be such that the pair touches"):
-        calibrate_drainage(0.005, model(vertices=48), widening=1.05)
-
-
-@pytest.mark.parametrize(
-    ("coalescence", "message"),
-    [
-        (0.5, "coalescence must be a Coalescence"),
-        (po.Coalescence(-1.0), "coalescence.drainage must be"),
-        (po.Coalescence(math.nan), "coalescence.drainage must be"),
-        (po.Coalescence(1.0, 1.5), "coalescence.separation must be"),
-        (po.Coalescence(1.0, 0.5, 1), "coalescence.stochastic must be True or False"),
-    ],
-)
-def test_bad_input_is_named(coalescence, message):
-    with pytest.raises(po.InputError, match=message):
-        crowd(0.1, coalescence)

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import signal
-import subprocess
-import sys
-import textwrap
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,7 +11,6 @@ import pytest
 import pinchoff as po
 from pinchoff import _core
 
-PILLARS = po.arrays.staggered(rows=3, columns=4, radius=0.18, gap=0.9)
 SPRINGS, FRONT = "deformable-particle", "front-tracking"
 MODELS = (SPRINGS, FRONT)
 FEW = po.Parameters(model=SPRINGS, simulation_capillary_number=30, vertex_count=32)
@@ -82,33 +76,6 @@ def crowd(time, *, model=SPRINGS, on_frame=None, threads=1, **changes):
     return po.simulate_emulsion(FEW.replace(model=model), time=time, **arguments)
 
 
-def through_pillars(time, *, model=FRONT, threads=1, seed=3, **changes):
-    """Droplets come in before an array of pillars and leave behind it; some break."""
-    array = PILLARS.with_margins(before=4.0, behind=3.0)
-    x = np.linspace(-2, array.length + 3, 320)
-    y = np.arange(96) * array.width / 96
-    grid = np.stack(np.meshgrid(x, y), axis=-1)
-    still = np.ones(grid.shape[:2])  # 0 in pillars, 1 far from them
-    for px, py, radius in array.circles:
-        for image in (-array.width, 0.0, array.width):
-            away = np.hypot(grid[..., 0] - px, grid[..., 1] - py - image) - radius
-            still *= 1 - np.exp(-((np.maximum(away, 0) / 0.15) ** 2))
-    sideways = 0.1 * np.sin(2 * np.pi * grid[..., 1] / array.width)
-    flow = po.flow.sampled(x, y, still, still * sideways, periodic="y")
-    arguments = {
-        "obstacles": array,
-        "periodic": "y",
-        "flow": flow,
-        "inlet": po.Inlet(0.0, 0.0, array.width, area_fraction=0.12, diameters=[0.8, 1.0]),
-        "outlet": array.length,
-        "threads": threads,
-        "seed": seed,
-        **changes,
-    }
-    constants = po.Parameters(model=model, simulation_capillary_number=40, vertex_count=48)
-    return po.simulate_emulsion(constants, time=time, **arguments)
-
-
 def last_frame(run, **arguments):
     """Return the droplets of the last frame of a run."""
     kept = []
@@ -160,7 +127,7 @@ def test_a_single_collision_is_the_same_to_the_last_bit(kind, capillary, offset)
 
 def test_isolated_droplets_go_as_if_they_were_alone():
     """Droplets too far apart to meet: each as in a run of its own, to the last bit."""
-    array = PILLARS
+    array = po.arrays.staggered(rows=3, columns=4, radius=0.18, gap=0.9)
     x = np.linspace(-6, 12, 200)
     y = np.linspace(-6, 12, 200)
     gx, gy = np.meshgrid(x, y)
@@ -184,8 +151,9 @@ def test_isolated_droplets_go_as_if_they_were_alone():
 
 
 @pytest.mark.parametrize("kind", MODELS)
-@pytest.mark.parametrize(("scene", "time"), [(crowd, 1.5), (through_pillars, 8.0)])
-def test_threads_do_not_show_in_any_bit(scene, time, kind):
+@pytest.mark.parametrize(("crowded", "time"), [(True, 1.5), (False, 8.0)])
+def test_threads_do_not_show_in_any_bit(through_pillars, crowded, time, kind):
+    scene = crowd if crowded else through_pillars
     frames = [last_frame(scene, time=time, threads=n, model=kind) for n in (1, 2, 8)]
     assert len(frames[0]) > 5
     assert_same(frames[0], frames[1])
@@ -193,7 +161,7 @@ def test_threads_do_not_show_in_any_bit(scene, time, kind):
 
 
 @pytest.mark.parametrize("kind", MODELS)
-def test_numbers_balance_at_every_frame_and_area_is_kept(kind):
+def test_numbers_balance_at_every_frame_and_area_is_kept(through_pillars, kind):
     """Start + entered + break-ups - left - retired = present; no area leaks unsaid."""
     seen = []
     run = through_pillars(18.0, model=kind, on_frame=lambda t, d: seen.append((t, d)))
@@ -348,52 +316,6 @@ def test_a_small_droplet_does_not_break_where_it_is_said():
     assert po.simulate_emulsion(model, smallest_breaking=1.01, **scene).balance["breakups"] == 0
 
 
-def test_a_droplet_that_fails_is_retired_and_said_so(tmp_path):
-    """One droplet leaves the sampled flow: it goes with a reason, and the run says so."""
-    x = np.linspace(-2, 3, 60)
-    gx, _ = np.meshgrid(x, x)
-    flow = po.flow.sampled(x, x, 1 + 0 * gx, 0 * gx)
-    scene = {"time": 4, "droplets": [[0, 0, 1], [-1.5, 1.4, 0.4]], "flow": flow}
-    with pytest.warns(RuntimeWarning, match=r"86.2 % of all area.*droplet 0 .*sampled flow"):
-        run = po.simulate_emulsion(FEW, out=tmp_path / "run", **scene)
-    assert (run.time, run.stopped) == (4, False)
-    assert (run.balance["retired"], run.balance["present"]) == (1, 1)
-    assert run.retired_share == pytest.approx(1 / (1 + 0.4**2))
-    first = run.retired.iloc[0]
-    assert (first["droplet_id"], first["share"]) == (0, run.retired_share)
-    with pytest.warns(RuntimeWarning, match=r"ended the run.*droplet 0 .*sampled flow"):
-        stopped = po.simulate_emulsion(FEW, on_guard="stop", out=tmp_path / "stop", **scene)
-    assert stopped.stopped
-    assert first["time"] <= stopped.time < first["time"] + 0.051
-    # What was stopped goes on where that is asked for, to the same end.
-    with pytest.warns(RuntimeWarning, match="took out"):
-        on = po.simulate_emulsion(FEW, resume=True, out=tmp_path / "stop", **scene)
-    assert on.balance == run.balance
-    with pytest.raises(po.InputError, match="on_guard must be"):
-        po.simulate_emulsion(FEW, on_guard="ignore", **scene)
-
-
-def test_a_daughter_too_small_to_be_followed_goes_alone():
-    """A droplet of 0.025 D0 breaks: the smaller daughter is taken out, the other one goes on."""
-    size, radius = 0.025, 0.025 / 5.66
-    with pytest.warns(RuntimeWarning, match=r"droplet 1 .*at least 0.02 D0"):
-        run = po.simulate_emulsion(
-            po.Parameters(simulation_capillary_number=60 / size, vertex_count=64),
-            time=0.2,
-            droplets=[[-0.09, 0.02 * size, size]],
-            obstacles=[[0, 0, radius]],
-            flow=po.flow.stokes(radius),
-            interval=0.05,
-        )
-    kinds = run.events.set_index("kind")
-    broke, gone = kinds.loc["breakup"], kinds.loc["retired"]
-    assert (broke["daughter_1"], broke["daughter_2"], gone["droplet_id"]) == (1, 2, 1)
-    assert gone["area"] == pytest.approx(broke["area_1"])
-    assert gone["area"] < broke["area_2"]
-    assert run.balance["present"] == 1
-    assert run.sizes["diameter"].iloc[-1] == pytest.approx(math.sqrt(4 / math.pi * broke["area_2"]))
-
-
 def test_vertices_follow_the_perimeter():
     """Drawn out along one line a droplet keeps its spacing within a factor of 2, and its area."""
     x = np.linspace(-6, 6, 61)
@@ -418,94 +340,6 @@ def test_vertices_follow_the_perimeter():
         for r in frames
     ]
     np.testing.assert_allclose(areas, areas[0], rtol=1e-6)
-
-
-def folder_run(path, **changes):
-    return through_pillars(6.0, out=path, checkpoint=2.0, **changes)
-
-
-def test_a_killed_run_resumes_to_the_same_bits(tmp_path):
-    """SIGKILL in the middle, then resume: tables and outlines as of the run that was not killed."""
-    whole = folder_run(tmp_path / "whole")
-    script = f"""
-        import sys
-        sys.path.insert(0, {str(Path(__file__).parent)!r})
-        import os, signal
-        from test_emulsion import folder_run
-        def die(time, droplets):
-            if time > 4.6:
-                os.kill(os.getpid(), signal.SIGKILL)
-        folder_run({str(tmp_path / "killed")!r}, on_frame=die)
-    """
-    killed = subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False)
-    assert killed.returncode == -signal.SIGKILL
-    resumed = folder_run(tmp_path / "killed", resume=True, threads=2)
-    for name in ("events", "sizes"):
-        one, two = getattr(whole, name), getattr(resumed, name)
-        assert one.equals(two), name
-    np.testing.assert_array_equal(whole.outlines.vertices, resumed.outlines.vertices)
-    np.testing.assert_array_equal(whole.outlines.velocities, resumed.outlines.velocities)
-    assert whole.balance == resumed.balance
-    assert not list((tmp_path / "killed").glob(".*"))
-
-
-def test_resume_refuses_another_run(tmp_path):
-    folder_run(tmp_path)
-    with pytest.raises(po.InputError, match="other seed"):
-        folder_run(tmp_path, resume=True, seed=4)
-    with pytest.raises(po.InputError, match="without a run"):
-        folder_run(tmp_path)
-    (tmp_path / "checkpoint.npz").write_bytes(b"nonsense")
-    with pytest.raises(po.InputError, match="a checkpoint"):
-        folder_run(tmp_path, resume=True)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"time": -1}, "time must be"),
-        ({"time": 1e9}, "time must be at most"),
-        ({"droplets": None}, "droplets must be given"),
-        ({"droplets": [[0, 0, 1], [0.5, 0, 1]]}, r"droplets\[1\] must be"),
-        ({"obstacles": [[3, 0, 0.2]]}, "flow must be given"),
-        ({"periodic": "z"}, "periodic must be"),
-        ({"periodic": "x"}, "cell must be given"),
-        ({"periodic": "x", "cell": (0, 1, 0, 1)}, "cell must be at least 2 D0"),
-        ({"periodic": "x", "cell": (0, 3, 0)}, "cell must be four"),
-        ({"periodic": "x", "cell": (0, 3, 0, 9), "droplets": [[0, 0, 1], [2.5, 0, 1]]}, "images"),
-        ({"inlet": 3}, "inlet must be an Inlet"),
-        ({"inlet": po.Inlet(0, 0, 1, 0.1)}, "inlet.top must be"),
-        ({"inlet": po.Inlet(0, 0, 3, 2.0)}, "inlet.area_fraction must be"),
-        ({"inlet": po.Inlet(0, 0, 3, 0.1, [])}, "inlet.diameters must be"),
-        ({"inlet": po.Inlet(0, 0, 3, 0.1, [1, -1])}, r"inlet.diameters\[1\] must be"),
-        ({"outlet": "far"}, "outlet must be"),
-        ({"smallest_breaking": -1}, "smallest_breaking must be"),
-        ({"seed": 0.5}, "seed must be"),
-        ({"interval": 0}, "interval must be"),
-        ({"on_frame": 3}, "on_frame must be callable"),
-        ({"resume": True}, "out must be given"),
-        ({"flow": 3}, "flow must be"),
-        ({"threads": 0}, "threads must be"),
-    ],
-)
-def test_bad_input_is_named(changes, message):
-    arguments = {"time": 1, "droplets": [[0, 0, 1]], **changes}
-    with pytest.raises(po.InputError, match=message):
-        po.simulate_emulsion(FEW, **arguments)
-
-
-def test_interrupt_acts_between_windows():
-    import threading
-
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    timer = threading.Timer(0.5, signal.raise_signal, [signal.SIGINT])
-    try:
-        timer.start()
-        with pytest.raises(KeyboardInterrupt):
-            po.simulate_emulsion(FEW, time=1e6, interval=1e5, droplets=[[0, 0, 1]])
-    finally:
-        timer.join()
-        signal.signal(signal.SIGINT, before)
 
 
 @pytest.mark.parametrize("kind", MODELS)

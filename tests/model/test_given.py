@@ -104,24 +104,6 @@ def test_units_are_those_of_the_laboratory(experiment):
         po.simulate(po.Parameters()).in_units()
 
 
-def test_velocity_has_the_shape_of_the_points():
-    flow = po.flow.stokes(0.2)
-    assert flow.velocity([0, 0]).tolist() == [0, 0]
-    many = np.arange(12.0).reshape(2, 3, 2)
-    np.testing.assert_array_equal(flow.velocity(many)[1, 2], flow.velocity(many[1, 2]))
-    for wrong in (1.0, [1, 2, 3], [[1], [2]]):
-        with pytest.raises(ValueError, match="points must be an array"):
-            flow.velocity(wrong)
-
-
-def test_flow_says_what_it_is():
-    assert "radius 0.2" in repr(po.flow.stokes(0.2))
-    assert "uniform" in repr(po.flow.uniform())
-    nodes = np.linspace(0, 3, 4)
-    zeros = np.zeros((4, 4))
-    assert "4 by 4 nodes" in repr(po.flow.sampled(nodes, nodes, zeros, zeros, periodic="x"))
-
-
 def test_help_and_completion_show_what_a_user_may_call():
     import inspect
 

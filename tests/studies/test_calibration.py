@@ -170,7 +170,9 @@ def test_wrong_targets_are_refused(refused, tmp_path):
     refused(str(tmp_path / "no.parquet"), as_target, str(tmp_path / "no.parquet"))
     refused("alpha", po.LineTarget, -0.1, -0.7)
     refused("beta", po.LineTarget, 0.1, 0.7)
-    refused("control_range", po.LineTarget, 0.1, -0.7, (0.2, 0.1))
+    for wrong in ((0.2, 0.1), ("a", "b"), 0.1):
+        refused("control_range", po.LineTarget, 0.1, -0.7, wrong)
+    refused("size_ratio", po.LineTarget, 0.1, -0.7, size_ratio="large")
 
 
 # Evaluator

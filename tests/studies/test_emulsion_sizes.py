@@ -107,6 +107,16 @@ def test_errors_from_blocks_are_those_of_repeated_runs():
     assert np.std(values) == pytest.approx(np.mean(errors), rel=0.3)
 
 
+def test_rates_are_events_over_the_time_in_which_they_were_counted():
+    """The first frame that is kept is later than half the run."""
+    sizes = pd.DataFrame({"time": np.arange(22.0), "diameter": 1.0})
+    moments = np.arange(0.05, 21.0, 0.1)
+    study = study_sizes(sizes, pd.DataFrame({"time": moments, "kind": "entered"}))
+    assert (study.start, study.end) == (10.5, 21.0)
+    assert study.rates["entered"].value == pytest.approx(10.0)
+    assert study.growth.value == pytest.approx(10.0)
+
+
 def test_too_few_blocks_give_no_error():
     assert math.isnan(jackknife(np.ones((4, 1)), lambda s: s[0]).error)
 

@@ -120,6 +120,7 @@ def test_wrong_arguments_are_refused(refused):
     refused("width", po.virtual_experiment, 1, width=float("nan"))
     refused("symmetry_noise", po.virtual_experiment, 1, symmetry_noise=2)
     refused("line", po.virtual_experiment, 1, line="mine")
+    refused("base", po.virtual_experiment, 1, outcomes="engine", base="default")
 
 
 def test_a_model_whose_droplets_never_touch_is_refused(refused):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -74,6 +76,27 @@ def test_an_error_that_nobody_foresaw_is_the_clips_own(tmp_path, good, monkeypat
         "whether a player or Fiji opens it, and save it anew from there"
     )
     assert not (tmp_path / "out").exists()
+
+
+def _segmentation(level):
+    return lambda luma: [luma > level]
+
+
+def test_a_segmentation_that_changes_is_another(tmp_path):
+    """By a number in its file, by what it holds, and always where its source cannot be read."""
+
+    def marked(text):
+        (tmp_path / "mine.py").write_text(text)
+        scope = {"__name__": "mine"}
+        exec(compile(text, str(tmp_path / "mine.py"), "exec"), scope)
+        return batch._function_mark(scope["find"])
+
+    text = "LEVEL = 100\n\ndef find(luma):\n    return [luma > LEVEL]\n"
+    assert marked(text) == marked(text) != marked(text.replace("100", "120"))
+    one, other = (batch._function_mark(_segmentation(level)) for level in (1, 2))
+    assert one == batch._function_mark(_segmentation(1)) != other
+    held = functools.partial(_segmentation, 1)
+    assert batch._function_mark(held) != batch._function_mark(held)
 
 
 def test_a_clip_that_was_measured_stays_when_it_fails_later(tmp_path, good):

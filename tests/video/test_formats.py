@@ -18,7 +18,7 @@ import pytest
 import tifffile
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.formats.selection import FrameRange
+from pinchoff.video.formats.selection import frame_range
 from pinchoff.video.formats.whitepoint import range_of, to_bytes
 from pinchoff.video.reading import Clip
 from pinchoff.video.scale import clip_of, described, scaled
@@ -292,6 +292,27 @@ def test_stack_that_breaks_off(tmp_path):
     assert clip.about.notes == ("it says that it holds 5 pictures: 1 can be read",)
 
 
+def test_pages_that_are_lost_are_told(tmp_path):
+    """Without a count in its tags only the list of pages tells that there were more."""
+    tifffile.imwrite(tmp_path / "a.tif", stack(), photometric="minisblack", metadata=None)
+    assert Clip(tmp_path / "a.tif").about.notes == ()
+    data = (tmp_path / "a.tif").read_bytes()
+    (tmp_path / "a.tif").write_bytes(data[: len(data) // 2])
+    assert "breaks off" in Clip(tmp_path / "a.tif").about.notes[0]
+
+
+@pytest.mark.parametrize("kept", [300, 600, 1500])
+@pytest.mark.parametrize(
+    "how", [{}, {"metadata": None}, {"imagej": True}, {"bigtiff": True}], ids=str
+)
+def test_stack_cut_within_its_first_picture_is_refused(tmp_path, how, kept):
+    path = tmp_path / "a.tif"
+    tifffile.imwrite(path, stack(), photometric="minisblack", **how)
+    path.write_bytes(path.read_bytes()[:kept])
+    with pytest.raises(InputError):
+        read(path)
+
+
 def test_damaged_page_costs_itself_only(tmp_path, capfd):
     tifffile.imwrite(tmp_path / "a.tif", stack(), compression="zlib", photometric="minisblack")
     with tifffile.TiffFile(tmp_path / "a.tif") as file:
@@ -448,7 +469,8 @@ def test_one_damaged_picture_costs_itself_only(tmp_path, capfd, suffix):
     (folder / f"a2{suffix}").write_bytes(whole[: len(whole) // 2])
     clip, found = read(folder)
     assert [frame.number for frame in found] == [0, 1, 3]
-    assert f"a2{suffix}" in clip.warning
+    assert clip.warning.startswith(f"could not be read and are left out: a2{suffix} (")
+    assert found[2].time_s == pytest.approx(3 / 60)
     assert capfd.readouterr() == ("", "")
 
 
@@ -466,7 +488,7 @@ def test_grey_and_colour_mixed(tmp_path):
 
 def test_frames_keep_numbers_and_times(tmp_path):
     tifffile.imwrite(tmp_path / "a.tif", stack(10), photometric="minisblack")
-    clip, found = read(tmp_path / "a.tif", fps=10.0, frames_wanted=FrameRange.read("2:8:3"))
+    clip, found = read(tmp_path / "a.tif", fps=10.0, frames_wanted=frame_range("2:8:3"))
     assert [frame.number for frame in found] == [2, 5]
     assert [frame.time_s for frame in found] == pytest.approx([0.2, 0.5])
     assert clip.frame_count == 2
@@ -475,7 +497,7 @@ def test_frames_keep_numbers_and_times(tmp_path):
 
 @pytest.mark.parametrize("text", ["", "3", "5:5", "0:10:0", "-1:4", "a:b", "1:2:3:4"])
 def test_ranges_without_frames_are_refused(text, refused):
-    refused("frames", FrameRange.read, text)
+    refused("frames", frame_range, text)
     refused("frames", lambda: VideoSettings(frames=text))
 
 
@@ -515,6 +537,12 @@ def test_damaged_files_are_refused(tmp_path, suffix, content, capfd):
     with pytest.raises(InputError):
         read(path)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_damaged_picture_is_no_folder(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"no picture")
+    with pytest.raises(InputError, match="must be a readable picture; got "):
+        Clip(tmp_path / "a.png")
 
 
 def test_absurd_sizes_are_refused(tmp_path, refused):

@@ -12,11 +12,12 @@ import pytest
 from pinchoff.video.background import sample
 from pinchoff.video.choice import choose
 from pinchoff.video.clips import measure_clip, reason_for_doubt
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import outside_view, seen_part
 from pinchoff.video.scale import clip_of
 from pinchoff.video.settings import VideoSettings
-from pinchoff.video.standing import standing_rows
+from pinchoff.video.standing import Travels, standing_rows
 
 CLIP = Path(__file__).parents[2] / "examples" / "clip.mp4"
 HEIGHT, WIDTH = 120, 160
@@ -140,6 +141,20 @@ def test_dirt_is_no_droplet_where_droplets_pass(method):
     assert counts == [3] * 6
 
 
+def test_tracks_that_never_move_are_counted_where_others_do():
+    def disc(x, y):
+        return Droplet(np.empty((0, 2)), 300.0, x, y, False, -1)
+
+    passing, resting = Travels(), Travels()
+    for k in range(12):
+        dirt, droplet = disc(20.0 + 0.5 * math.sin(k), 30.0), disc(10.0 + 5.0 * k, 60.0)
+        passing.append([dirt, droplet], [0, 1])
+        resting.append([dirt, disc(50.0 + 0.5 * k, 60.0)], [0, 1])
+    assert passing.standing() == 1
+    assert resting.standing() == 0  # nothing goes far: they are droplets at rest
+    assert Travels().standing() == 0
+
+
 def test_what_stands_and_what_moves_about_its_place():
     generator = np.random.default_rng(2)
     dirt = np.array([[50.0, 60.0, 200.0], [90.0, 20.0, 150.0]])
@@ -161,6 +176,61 @@ def test_what_stands_and_what_moves_about_its_place():
     # Droplets that tremble about their places stand no more than one that travels.
     both = [np.concatenate(pair) for pair in zip(trembling(1.2), moving, strict=True)]
     assert len(standing_rows(both)) == 0
+
+
+def test_a_picture_that_moves_is_said_to(tmp_path):
+    def draw(k):
+        image = ringed(k)
+        for x, y in np.random.default_rng(5).uniform(0, (WIDTH, HEIGHT), (40, 2)):
+            image -= 60.0 * bump(away(x, y, 3.0), 1.2)
+        return image
+
+    steady = film(draw)
+    assert chosen(steady).moved is None
+    drifting = film(lambda k: np.roll(draw(k), 2 * k, axis=0))
+    moved = chosen(drifting).moved
+    assert moved.pixels == pytest.approx(2.0, abs=0.3)
+    assert moved.last == moved.first + 1
+    for frame in drifting:
+        cv2.imwrite(str(tmp_path / f"{frame.number}.png"), frame.luma)
+    warning = measure_clip(tmp_path, SETTINGS).warning
+    assert "the picture itself moves" in warning
+    assert "align the frames" in warning
+
+
+def test_droplets_that_all_move_alike_are_no_moving_picture():
+    assert chosen(film(ringed)).moved is None
+    flicker = film(lambda k: (1.0 + 0.1 * math.sin(k)) * (140.0 + 0.1 * COLUMNS))
+    assert chosen(flicker).moved is None
+
+
+def test_shades_much_fainter_than_droplets_are_no_spots():
+    def draw(k):
+        image = np.full((HEIGHT, WIDTH), 160.0)
+        for x, y in places(k):
+            image -= 80.0 / (1.0 + np.exp(np.clip(2.5 * away(x, y, 11.0), -40, 40)))
+        image[90:112, 10:32] -= 5.0  # a block of a codec, that comes and goes
+        return image if k % 2 else draw(k + 1)
+
+    frames = film(draw, 6, noise=0.5)
+    choice = choose(sample(iter(frames)), SETTINGS.replace(method="spots"))
+    assert [len(whole(choice.segmenter.droplets(frame))) for frame in frames] == [3] * 6
+
+
+def test_rims_in_a_pale_picture_are_found_as_in_a_full_one():
+    full = film(ringed)
+    pale = [
+        frame._replace(luma=(0.6 * frame.luma + 90.0).astype(np.uint8)) for frame in film(ringed)
+    ]
+    for frames in (full, pale):
+        choice = choose(sample(iter(frames)), SETTINGS.replace(method="packed"))
+        assert len(whole(choice.segmenter.droplets(frames[0]))) == 3
+
+
+def test_an_empty_packed_scene_has_no_droplets():
+    empty = film(lambda k: np.full((HEIGHT, WIDTH), 150.0))
+    choice = choose(sample(iter(empty)), SETTINGS.replace(method="packed"))
+    assert choice.trial.quality.droplets == 0.0
 
 
 def test_what_lies_beyond_a_wall_is_no_cut_droplet():

@@ -90,21 +90,6 @@ def test_folder_of_images_in_natural_order(tmp_path, suffix):
     assert found[0].chroma[1, 8, 4] > 150
 
 
-@pytest.mark.parametrize(
-    ("kind", "white"), [(np.uint8, 255), (np.uint16, 4095), (np.uint16, 65535)]
-)
-def test_stack_of_grey_pages_of_any_depth(tmp_path, kind, white):
-    """Bits that the camera did not fill do not make a picture dark."""
-    ramp = np.linspace(0.0, 1.0, 64)[None, :].repeat(48, axis=0)
-    pages = [(ramp * white).astype(kind), (ramp[:, ::-1] * white).astype(kind)]
-    cv2.imwritemulti(str(tmp_path / "stack.tif"), pages)
-    found = list(Clip(tmp_path / "stack.tif").frames())
-    assert len(found) == 2
-    assert found[0].chroma is None
-    assert found[0].luma[0] == pytest.approx(np.linspace(0, 255, 64), abs=1.1)
-    assert found[1].luma[0, 0] == found[0].luma[0, -1]
-
-
 def test_truncated_file_gives_what_is_readable(tmp_path):
     # A transport stream needs no index at its end.
     whole = tmp_path / "whole.ts"
@@ -123,34 +108,14 @@ def test_truncated_file_gives_what_is_readable(tmp_path):
     assert [frame.number for frame in found] == list(range(len(found)))
 
 
-def test_image_that_breaks_off_costs_itself_only(tmp_path):
-    for number in range(3):
-        cv2.imwrite(str(tmp_path / f"{number}.png"), picture(number))
-    (tmp_path / "1.png").write_bytes(b"no picture")
-    clip = Clip(tmp_path)
-    found = list(clip.frames())
-    assert [frame.number for frame in found] == [0, 2]
-    assert found[1].time_s == pytest.approx(2 / 60)
-    assert clip.warning == "could not be read and are left out: 1.png (it is no picture)"
-
-
 def test_a_film_of_an_unknown_codec_is_refused(tmp_path, refused):
     film = write(tmp_path / "clip.mp4")
     film.write_bytes(film.read_bytes().replace(b"avc1", b"none"))
     refused(str(film), Clip, film)
 
 
-@pytest.mark.parametrize("name", ["text.mp4", "empty.mp4", "text.tif", "folder"])
-def test_what_is_no_clip_is_refused(tmp_path, refused, name):
-    path = tmp_path / name
-    if name == "folder":
-        path.mkdir()
-    else:
-        path.write_bytes(b"" if name.startswith("empty") else b"this is no video" * 100)
-    refused(str(path), lambda: list(Clip(path).frames()))
-
-
-def test_what_is_not_there_is_refused(tmp_path, refused):
+def test_an_empty_folder_and_what_is_not_there_are_refused(tmp_path, refused):
+    refused(str(tmp_path), Clip, tmp_path)
     refused(str(tmp_path / "none.mp4"), Clip, tmp_path / "none.mp4")
 
 

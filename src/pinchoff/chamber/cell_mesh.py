@@ -14,15 +14,25 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import Delaunay, cKDTree
 
-from pinchoff.chamber.mesh import GROWTH, Floats, Integers, TriangleMesh, wall_size
+from pinchoff.chamber.mesh import (
+    CLEARANCE,
+    ROUNDS,
+    Floats,
+    Integers,
+    TriangleMesh,
+    anticlockwise,
+    off_walls,
+    quadtree_leaves,
+    smoothed,
+    wall_size,
+)
 from pinchoff.model.arrays import PillarArray
 
 _LEAST_ROUND_PILLAR = 24  # elements
 _PROBES = 360  # places round a pillar at which its distance from others is looked at
-_ROUNDS, _SMOOTHINGS = 2, 5
-_CLEARANCE = 0.62  # of the wall's element size, kept free of inner nodes
 _JITTER = 1e-3  # of the element size: without ties both images of a seam are cut alike
 _MARGIN = 4.0  # round the cell, in its largest elements
+_IMAGES = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]  # of the cell
 _LARGEST = 0.25  # element size, of the least period
 
 
@@ -40,13 +50,7 @@ class PeriodicMesh(TriangleMesh):
 
 
 def build_cell_mesh(array: PillarArray, elements: float) -> PeriodicMesh:
-    """Return a mesh of an array's cell.
-
-    Parameters
-    ----------
-    array : PillarArray
-    elements : float
-        How many elements span a gap between neighbouring pillars.
+    """Return a mesh of an array's cell, with so many elements across a gap between pillars.
 
     Raises
     ------
@@ -58,9 +62,12 @@ def build_cell_mesh(array: PillarArray, elements: float) -> PeriodicMesh:
     inner, largest = _inner_nodes(array, size, wall, local)
     margin = _MARGIN * largest
     points = np.concatenate([wall, inner])
-    for _ in range(_ROUNDS):
-        points = _smoothed(points, len(wall), size, margin)
-        points = points[_clear(points, len(wall), local, size)]
+    tree = cKDTree(wall % size, boxsize=size)
+    for _ in range(ROUNDS):
+        points = smoothed(points, len(wall), *_surrounded(points, size, margin))
+        # Nodes that crossed a seam come back into the cell; walls stay whole.
+        points[len(wall) :] %= size
+        points = points[off_walls(tree, local, points, len(wall))]
     return _on_torus(array, points, pillar, size, margin)
 
 
@@ -93,7 +100,7 @@ def _wall_nodes(array: PillarArray, elements: float) -> tuple[Floats, Floats, In
 def _gap_round(array: PillarArray, ring: Floats) -> Iterator[Floats]:
     """Yield for each pillar how far its neighbours are from its edge, at each point of the ring."""
     size = np.array([array.length, array.width])
-    shifts = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    shifts = [(0, 0), *_IMAGES]
     centres = np.concatenate([array.circles[:, :2] + np.array(s) * size for s in shifts])
     radii = np.tile(array.circles[:, 2], len(shifts))
     tree = cKDTree(centres)
@@ -109,48 +116,24 @@ def _gap_round(array: PillarArray, ring: Floats) -> Iterator[Floats]:
 def _inner_nodes(
     array: PillarArray, size: Floats, wall: Floats, local: Floats
 ) -> tuple[Floats, float]:
-    """Return the leaves' centres of a quadtree as fine as the distance from the walls wants.
-
-    With them comes the largest leaf in the fluid.
-    """
+    """Return the centres of a quadtree's leaves in the fluid, and the largest leaf's side."""
     tree = cKDTree(wall % size, boxsize=size)
-    largest = _LARGEST * float(size.min())
-    counts = np.ceil(size / largest).astype(int)
-    cell = size / counts
-    x, y = np.meshgrid(*((np.arange(n) + 0.5) * step for n, step in zip(counts, cell, strict=True)))
-    centres = np.column_stack([x.ravel(), y.ravel()])
-    leaves, spans = [], []
-    while len(centres):
-        distance, nearest = tree.query(centres)
-        wanted = local[nearest] + GROWTH * np.maximum(distance - 0.5 * cell.max(), 0.0)
-        split = cell.max() > 1.25 * wanted
-        leaves.append(centres[~split])
-        spans.append(np.full(len(leaves[-1]), cell.max()))
-        quarter = 0.25 * cell * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-        centres = (centres[split][:, None, :] + quarter).reshape(-1, 2)
-        cell = cell * 0.5
-    points, span = np.concatenate(leaves), np.concatenate(spans)
+    counts = np.ceil(size / (_LARGEST * float(size.min()))).astype(int)
+    points, span = quadtree_leaves(tree, local, np.zeros(2), counts, size / counts)
     jitter = np.random.default_rng(0).uniform(-1, 1, points.shape)
     points = (points + _JITTER * span[:, None] * jitter) % size
     distance, nearest = tree.query(points)
-    kept = (distance > _CLEARANCE * local[nearest]) & ~_in_pillars(array, points, size)
+    kept = (distance > CLEARANCE * local[nearest]) & ~_in_pillars(array, points, size)
     return points[kept][np.argsort(points[kept, 0])], float(span[kept].max())
 
 
 def _in_pillars(array: PillarArray, points: Floats, size: Floats) -> Integers:
     """Tell which points, in the cell, lie in a pillar or an image of one."""
-    centres = array.circles[:, :2]
     inside = np.zeros(len(points), dtype=bool)
     tree = cKDTree(points % size, boxsize=size)
-    for (x, y), radius in zip(centres, array.circles[:, 2], strict=True):
+    for x, y, radius in array.circles:
         inside[tree.query_ball_point((x, y), radius)] = True
     return inside
-
-
-def _clear(points: Floats, wall_count: int, local: Floats, size: Floats) -> Integers:
-    tree = cKDTree(points[:wall_count] % size, boxsize=size)
-    distance, nearest = tree.query(points[wall_count:])
-    return np.concatenate([np.ones(wall_count, dtype=bool), distance > 0.5 * local[nearest]])
 
 
 def _surrounded(points: Floats, size: Floats, margin: float) -> tuple[Floats, Integers]:
@@ -159,33 +142,12 @@ def _surrounded(points: Floats, size: Floats, margin: float) -> tuple[Floats, In
     The margin is wide enough that triangles over the cell are those of the endless array.
     """
     places, numbers = [points], [np.arange(len(points))]
-    for i in (-1, 0, 1):
-        for j in (-1, 0, 1):
-            if (i, j) == (0, 0):
-                continue
-            image = points + np.array([i, j]) * size
-            near = ((image > -margin) & (image < size + margin)).all(axis=1)
-            places.append(image[near])
-            numbers.append(np.flatnonzero(near))
+    for shift in _IMAGES:
+        image = points + np.array(shift) * size
+        near = ((image > -margin) & (image < size + margin)).all(axis=1)
+        places.append(image[near])
+        numbers.append(np.flatnonzero(near))
     return np.concatenate(places), np.concatenate(numbers)
-
-
-def _smoothed(points: Floats, wall_count: int, size: Floats, margin: float) -> Floats:
-    """Move the inner nodes to the middle of their neighbours, a few times."""
-    places, numbers = _surrounded(points, size, margin)
-    starts, neighbours = Delaunay(places).vertex_neighbor_vertices
-    count = len(points)
-    counts = np.diff(starts[: count + 1])
-    ends = neighbours[: starts[count]]
-    shift = places[ends] - points[numbers[ends]]
-    moved = points.copy()
-    for _ in range(_SMOOTHINGS):
-        sums = np.add.reduceat(moved[numbers[ends]] + shift, starts[:count], axis=0)
-        middle = sums / counts[:, None]
-        moved[wall_count:] = middle[wall_count:]
-    # Nodes that crossed a seam come back into the cell; walls stay whole.
-    moved[wall_count:] %= size
-    return moved
 
 
 def _on_torus(
@@ -204,7 +166,7 @@ def _on_torus(
     used, local = np.unique(triangles, return_inverse=True)
     mesh = PeriodicMesh(
         points=places[used],
-        triangles=_anticlockwise(places[used], local.reshape(-1, 3)),
+        triangles=anticlockwise(places[used], local.reshape(-1, 3)),
         wall_count=0,
         representative=numbers[used],
     )
@@ -215,10 +177,3 @@ def _on_torus(
             "ask for more elements across a gap"
         )
     return mesh
-
-
-def _anticlockwise(points: Floats, triangles: Integers) -> Integers:
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    turned = np.linalg.det(np.stack([b - a, c - a], axis=1)) < 0
-    triangles[turned] = triangles[turned][:, ::-1]
-    return triangles

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, NamedTuple, Self
+from operator import attrgetter
+from typing import Any, NamedTuple, Self
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import ValidationInfo, field_validator, model_validator
 
 from pinchoff.chamber.parts import (
     FLANK_SHARE,
@@ -26,46 +27,34 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import THICKNESS_UM
 
 
-def _part(model: type[Checked]) -> Any:
-    """Return a field for the parameters of a part; a table is checked as the part's own."""
-
-    def read(value: object) -> object:
-        return model(**value) if isinstance(value, Mapping) else value
-
-    return BeforeValidator(read)
-
-
-def _default(model: type[Checked], meaning: str) -> Any:
+def _part(model: type[Checked], meaning: str) -> Any:
+    """Return a field for a part; `Device` reads it from a table too."""
     return explained(f"a table of {model.__name__}", meaning, default_factory=model)
 
 
 class Device(Checked):
-    """The parameters of a device, from which its geometry follows; `Chamber` has both.
-
-    Attributes
-    ----------
-    thickness_um, inlets, junction, oil_inputs, expansion, supports, imaging, exit, mask, rules, \
-    operation
-        As the parameters of `pinchoff.chamber.Chamber`.
-    """
+    """The parameters of `pinchoff.chamber.Chamber`, without the geometry that follows from them."""
 
     thickness_um: Number = number(1, 2000, "z in µm", default=THICKNESS_UM)
-    inlets: Annotated[Inlets, _part(Inlets)] = _default(Inlets, "the inlets' parameters")
-    junction: Annotated[Junction, _part(Junction)] = _default(Junction, "the junction's parameters")
-    oil_inputs: Annotated[OilInputs, _part(OilInputs)] = _default(
-        OilInputs, "the extra oil inlets' parameters"
-    )
-    expansion: Annotated[Expansion, _part(Expansion)] = _default(
-        Expansion, "the expansion's parameters"
-    )
-    supports: Annotated[Supports, _part(Supports)] = _default(
-        Supports, "the structural pillars' parameters"
-    )
-    imaging: Annotated[Imaging, _part(Imaging)] = _default(Imaging, "the imaging area's parameters")
-    exit: Annotated[Exit, _part(Exit)] = _default(Exit, "the exit's parameters")
-    mask: Annotated[Mask, _part(Mask)] = _default(Mask, "the photomask's parameters")
-    rules: Annotated[DesignRules, _part(DesignRules)] = _default(DesignRules, "the design rules")
-    operation: Annotated[Operation, _part(Operation)] = _default(Operation, "how the device is run")
+    inlets: Inlets = _part(Inlets, "the inlets' parameters")
+    junction: Junction = _part(Junction, "the junction's parameters")
+    oil_inputs: OilInputs = _part(OilInputs, "the extra oil inlets' parameters")
+    expansion: Expansion = _part(Expansion, "the expansion's parameters")
+    supports: Supports = _part(Supports, "the structural pillars' parameters")
+    imaging: Imaging = _part(Imaging, "the imaging area's parameters")
+    exit: Exit = _part(Exit, "the exit's parameters")
+    mask: Mask = _part(Mask, "the photomask's parameters")
+    rules: DesignRules = _part(DesignRules, "the design rules")
+    operation: Operation = _part(Operation, "how the device is run")
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _read(cls, value: object, about: ValidationInfo) -> object:
+        """Check a table as the constructor of its part does, whose refusals name the key."""
+        part = cls.model_fields[about.field_name or ""].annotation
+        if isinstance(value, Mapping) and isinstance(part, type) and issubclass(part, Checked):
+            return part(**value)
+        return value
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -112,8 +101,7 @@ def _require_pillars_apart(device: Device, least: float) -> None:
                 pitch,
                 "raise it, or lower the radius",
             )
-    if device.inlets.post_gap_um < least:
-        _narrow("inlets.post_gap_um", device.inlets.post_gap_um, least)
+    _require_wide(device, "inlets.post_gap_um", least)
     strip = (device.supports.radius_um + least) / FLANK_SHARE
     if device.supports.flank_um < strip:
         raise InputError.of(
@@ -126,18 +114,16 @@ def _require_pillars_apart(device: Device, least: float) -> None:
 
 def _require_channels(device: Device) -> None:
     """Refuse channels and walls that the rules would not pass."""
-    least = device.least_gap_um
-    for name, width in (
-        ("inlets.arm_width_um", device.inlets.arm_width_um),
-        ("junction.water_width_um", device.junction.water_width_um),
-        ("junction.cross_width_um", device.junction.cross_width_um),
-        ("junction.orifice_width_um", device.junction.orifice_width_um),
-        ("junction.channel_width_um", device.junction.channel_width_um),
-        ("oil_inputs.channel_width_um", device.oil_inputs.channel_width_um),
-        ("exit.width_um", device.exit.width_um),
+    for name in (
+        "inlets.arm_width_um",
+        "junction.water_width_um",
+        "junction.cross_width_um",
+        "junction.orifice_width_um",
+        "junction.channel_width_um",
+        "oil_inputs.channel_width_um",
+        "exit.width_um",
     ):
-        if width < least:
-            _narrow(name, width, least)
+        _require_wide(device, name, device.least_gap_um)
     for name, width in (
         ("inlets.wall_um", device.inlets.wall_um),
         ("inlets.post_diameter_um", device.inlets.post_diameter_um),
@@ -150,93 +136,69 @@ def _require_channels(device: Device) -> None:
             raise InputError.of(name, rule, f"{width:g} µm", advice)
 
 
-def _narrow(name: str, width: float, least: float) -> None:
-    raise InputError.of(
-        name,
-        f"at least {least:g}, the narrowest fluid that the rules allow at this thickness",
-        width,
-        "raise it, or change the rules or the thickness",
-    )
+def _require_wide(device: Device, name: str, least: float) -> None:
+    width = attrgetter(name)(device)
+    if width < least:
+        rule = f"at least {least:g}, the narrowest fluid that the rules allow at this thickness"
+        advice = "raise it, or change the rules or the thickness"
+        raise InputError.of(name, rule, width, advice)
 
 
 class _Limit(NamedTuple):
     """What a parameter must be at least or at most for the parts to fit."""
 
     name: str
-    value: float
-    least: float
-    most: float
     why: str
+    least: float = -math.inf
+    most: float = math.inf
 
 
 def _require_chain(device: Device) -> None:
     """Refuse parts that do not join; each limit names its parameter."""
-    for name, value, least, most, why in (*_inlet_limits(device), *_chamber_limits(device)):
+    for name, why, least, most in _limits(device):
+        value = attrgetter(name)(device)
         if not least <= value <= most:
             limit = f"at least {least:g}" if value < least else f"at most {most:g}"
             advice = "raise it" if value < least else "lower it"
             raise InputError.of(name, f"{limit}, {why}", value, f"{advice}, or change the other")
 
 
-def _inlet_limits(device: Device) -> Iterator[_Limit]:
+def _limits(device: Device) -> Iterator[_Limit]:
     inlets, junction, extra = device.inlets, device.junction, device.oil_inputs
+    expansion, imaging = device.expansion, device.imaging
     pitch = inlets.post_diameter_um + inlets.post_gap_um
     yield _Limit(
         "inlets.port_diameter_um",
-        inlets.port_diameter_um,
-        junction.water_width_um + pitch,
-        math.inf,
         "the water channel and a post with its gap",
+        least=junction.water_width_um + pitch,
     )
-    yield _Limit(
-        "inlets.trap_length_um", inlets.trap_length_um, pitch, math.inf, "a post with its gap"
-    )
+    yield _Limit("inlets.trap_length_um", "a post with its gap", least=pitch)
     yield _Limit(
         "inlets.wall_um",
-        inlets.wall_um,
-        (junction.channel_width_um - inlets.port_diameter_um) / 2 + device.expansion.divider_um,
-        math.inf,
         "so that the droplets' channel and its dividers fit between the oil channels",
+        least=(junction.channel_width_um - inlets.port_diameter_um) / 2 + expansion.divider_um,
     )
     yield _Limit(
-        "oil_inputs.channel_width_um",
-        extra.channel_width_um,
-        0.0,
-        extra.port_diameter_um,
-        "the diameter of its port",
+        "oil_inputs.channel_width_um", "the diameter of its port", most=extra.port_diameter_um
     )
-
-
-def _chamber_limits(device: Device) -> Iterator[_Limit]:
-    inlets, junction, extra = device.inlets, device.junction, device.oil_inputs
-    expansion, imaging = device.expansion, device.imaging
     yield _Limit(
-        "junction.channel_width_um",
-        junction.channel_width_um,
-        junction.orifice_width_um,
-        math.inf,
-        "the width of the orifice",
+        "junction.channel_width_um", "the width of the orifice", least=junction.orifice_width_um
     )
+    left = inlets.wall_um + expansion.length_um + expansion.straight_um
     yield _Limit(
         "junction.taper_length_um",
-        junction.taper_length_um,
-        0.0,
-        inlets.wall_um + expansion.length_um + expansion.straight_um - junction.orifice_length_um,
         "what is left from the orifice to the imaging area",
+        most=left - junction.orifice_length_um,
     )
     outer = inlets.port_diameter_um / 2 + 2 * inlets.wall_um + inlets.arm_width_um
     outer += (extra.port_diameter_um + extra.channel_width_um) / 2
     yield _Limit(
         "imaging.rows",
-        imaging.rows,
-        math.ceil(2 * (outer - device.supports.flank_um) / imaging.pitch_um),
-        math.inf,
         "for a chamber, rows * pitch_um and two flanks, that the extra oil inlets can join",
+        least=math.ceil(2 * (outer - device.supports.flank_um) / imaging.pitch_um),
     )
     yield _Limit(
         "exit.width_um",
-        device.exit.width_um,
-        0.0,
-        min(device.width_um, device.exit.port_diameter_um),
         "the chamber's width and the diameter of the outlet",
+        most=min(device.width_um, device.exit.port_diameter_um),
     )

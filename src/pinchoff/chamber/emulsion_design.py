@@ -22,11 +22,13 @@ from pinchoff.chamber.emulsion_tables import (
     read_array,
     read_coalescence,
     read_droplets,
+    read_flow,
     read_inlet,
     read_parameters,
     require_known,
     table_of,
 )
+from pinchoff.chamber.emulsion_trust import Trust, measure_trust
 from pinchoff.model.arrays import Floats, PillarArray
 from pinchoff.model.emulsion import simulate_emulsion
 from pinchoff.model.emulsion_scene import WINDOW, Coalescence, Inlet, checked_on_guard
@@ -45,9 +47,13 @@ if TYPE_CHECKING:
     from pinchoff.model.flow import Flow
     from pinchoff.support.progress import Show
 
-_RUN = {
-    **{"interval": 0.5, "smallest_breaking": 0.2, "checkpoint": 10.0},
-    **{"seed": 0, "outlines": True, "on_guard": "retire"},
+_RUN: dict[str, Any] = {
+    "interval": 0.5,
+    "smallest_breaking": 0.2,
+    "checkpoint": 10.0,
+    "seed": 0,
+    "outlines": True,
+    "on_guard": "retire",
 }
 _STOP = "stop_when_steady"
 _TABLES = ("parameters", "physical", "array", "flow", "inlet", "droplets", "coalescence")
@@ -154,43 +160,35 @@ class EmulsionDesign:
         for name in ("outlines", _STOP):
             if not isinstance(config.get(name, False), bool):
                 raise InputError.of(name, "true or false", config[name], "write it without quotes")
-        checked_on_guard(config.get("on_guard", "retire"))
+        settings = {name: config.get(name, default) for name, default in _RUN.items()}
+        checked_on_guard(settings["on_guard"])
+        seed = checked_whole("seed", settings["seed"], "use 0", low=0)
         tables = {name: table_of(config, name) for name in _TABLES if name in config}
         for name in ("array", "flow"):
             if name not in tables:
                 raise InputError.of(name, "a table", "nothing", f"write [{name}]")
-        diameter_um = diameter_of_physical(tables)
-        for name in tables.keys() - {"parameters", "physical", "coalescence"}:
-            tables[name] = in_diameters(name, tables[name], diameter_um)
-        seed = checked_whole("seed", config.get("seed", 0), "use 0", low=0)
-        array = read_array(tables["array"], beside or Path(), diameter_um)
-        flow = tables["flow"]
-        require_known("flow", flow, ("thickness", "mean_speed", "pressure_gradient"))
-        if "thickness" not in flow:
-            advice = "give z in D0, or inf for the plane Stokes flow"
-            raise InputError.of("flow.thickness", "given", "nothing", advice)
-        if len({"mean_speed", "pressure_gradient"} & flow.keys()) == 2:
-            got = "both it and pressure_gradient"
-            raise InputError.of("flow.mean_speed", "alone", got, "leave one of them out")
-        for name, value in flow.items():
-            if not (name == "thickness" and value == math.inf):
-                checked_positive(f"flow.{name}", value, "see the how-to about arrays")
-        parameters = read_parameters(tables, array, flow["thickness"], diameter_um)
         if ("inlet" in tables) == ("droplets" in tables):
             got = "both" if "inlet" in tables else "neither"
             advice = "write one of the two: with an inlet, or in a cell that repeats itself"
             raise InputError.of("inlet", "given, or droplets", got, advice)
+        diameter_um = diameter_of_physical(tables)
+        for name in ("array", "flow", "inlet", "droplets"):
+            if name in tables:
+                tables[name] = in_diameters(name, tables[name], diameter_um)
+        array = read_array(tables["array"], beside or Path(), diameter_um)
+        thickness, drive = read_flow(tables["flow"])
+        parameters = read_parameters(tables, array, thickness, diameter_um)
         return cls(
             parameters,
             array,
-            float(flow["thickness"]),
-            {name: float(value) for name, value in flow.items() if name != "thickness"},
+            thickness,
+            drive,
             checked_positive("time", config.get("time"), "give it in t0"),
             read_inlet(tables["inlet"], tables["array"], array) if "inlet" in tables else None,
             read_droplets(tables.get("droplets"), array, parameters, seed),
             read_coalescence(tables["coalescence"]) if "coalescence" in tables else None,
-            {**_RUN, **{name: config[name] for name in _RUN if name in config}},
-            bool(config.get(_STOP, False)),
+            settings,
+            config.get(_STOP, False),
         )
 
     @property
@@ -205,15 +203,9 @@ class EmulsionDesign:
         return array_flow(self.array, thickness=self.thickness, show=show, **self.drive)
 
     def run(self, flow: ArrayFlow, out: Path, **options: Any) -> Emulsion:
-        """Run it into a folder, or go on with the run that is there.
+        """Run it in the flow into a folder, or go on with the run that is there.
 
-        Parameters
-        ----------
-        flow : ArrayFlow
-            What `flow` returned.
-        out : Path
-        **options
-            Of `pinchoff.simulate_emulsion`: threads and progress.
+        Options are those of `pinchoff.simulate_emulsion`: threads and progress.
         """
         sampled = flow.sampled(pad=_PAD, periodic=self.periodic)
         if not self.stop_when_steady:
@@ -279,6 +271,14 @@ class EmulsionDesign:
         return isolated_pillar(
             self.parameters, float(radii[0]), self.thickness, diameters, speed, threads
         )
+
+    def trust(self, run: Emulsion, flow: ArrayFlow, begin: float) -> Trust | None:
+        """Return how far a run can be trusted from a time on; None where outlines are not kept."""
+        if not self.settings["outlines"]:
+            return None
+        spacing = math.pi / run.parameters.vertex_count
+        sampled = flow.sampled(pad=_PAD)
+        return measure_trust(run.outline_pieces(), self.array, sampled, begin, spacing)
 
     def study(self, run: Emulsion, flow: ArrayFlow) -> SizeStudy:
         """Return the sizes and rates of a run.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
+import math
 import tempfile
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
@@ -15,7 +16,7 @@ from pinchoff.chamber.emulsion_design import EmulsionDesign
 from pinchoff.model.emulsion_files import CHECKPOINT_NAME
 from pinchoff.studies.sweep.cluster import computed_on
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import written_aside
+from pinchoff.support.files import put_in_table, written_aside
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -51,13 +52,8 @@ class SweepRun:
 def sweep_runs(config: Mapping[str, Any], beside: Path | None = None) -> list[SweepRun]:
     """Return the runs of a file with a table ``sweep``, all of them checked.
 
-    Parameters
-    ----------
-    config : mapping
-        Of `EmulsionDesign.from_config`, and ``sweep``: for each key of the file that is varied,
-        such as ``"array.gap"``, a list of values.
-    beside : Path, optional
-        The folder of the files that it names.
+    The file is as of `EmulsionDesign.from_config`; ``sweep`` holds for each key of it that is
+    varied, such as ``"array.gap"``, a list of values.
 
     Raises
     ------
@@ -85,9 +81,7 @@ def sweep_runs(config: Mapping[str, Any], beside: Path | None = None) -> list[Sw
         if not isinstance(values, list) or not values:
             advice = f"write [{values}]"
             raise InputError.of(f"{TABLE}.{name}", "a list of values", values, advice)
-    count = 1
-    for values in axes.values():
-        count *= len(values)
+    count = math.prod(map(len, axes.values()))
     if count > MOST_RUNS:
         raise InputError.of(TABLE, f"at most {MOST_RUNS} runs", count, "shorten a list")
     base = {name: value for name, value in config.items() if name != TABLE}
@@ -95,9 +89,9 @@ def sweep_runs(config: Mapping[str, Any], beside: Path | None = None) -> list[Sw
     for number, chosen in enumerate(itertools.product(*axes.values())):
         values = dict(zip(axes, chosen, strict=True))
         one = copy.deepcopy(base)
-        for name, value in values.items():
-            _put(one, name, value)
         try:
+            for name, value in values.items():
+                put_in_table(one, name, value)
             design = EmulsionDesign.from_config(one, beside)
         except InputError as error:
             said = ", ".join(f"{name} = {value}" for name, value in values.items())
@@ -114,13 +108,6 @@ def run_on_cluster(
 
     The files are those that the run gives on threads. A run that was begun in its folder is left
     to be gone on with there. Workers need no common disk.
-
-    Parameters
-    ----------
-    runs : sequence of SweepRun
-    folder : Path
-        Of the sweep.
-    client : distributed.Client
 
     Raises
     ------
@@ -180,15 +167,3 @@ def _flat(given: Mapping[str, Any]) -> dict[str, Any]:
         else:
             flat[name] = value
     return flat
-
-
-def _put(config: dict[str, Any], name: str, value: Any) -> None:
-    place, dot, key = name.partition(".")
-    if not dot:
-        config[name] = value
-        return
-    table = config.setdefault(place, {})
-    if not isinstance(table, dict):
-        advice = "name a key of a table, such as array.gap"
-        raise InputError.of(f"{TABLE}.{name}", "a key of a table", name, advice)
-    table[key] = value

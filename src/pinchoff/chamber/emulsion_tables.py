@@ -21,7 +21,7 @@ from pinchoff.model.parameters import Parameters
 from pinchoff.support.arguments import checked_number, checked_positive
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
-from pinchoff.support.units import positive_magnitude_of
+from pinchoff.support.units import magnitude_of
 
 _KINDS: dict[str, Callable[..., PillarArray]] = {
     "square": arrays.square,
@@ -45,12 +45,17 @@ def table_of(config: Mapping[str, Any], name: str) -> dict[str, Any]:
     return dict(config[name])
 
 
-def require_known(place: str, table: Mapping[str, Any], known: tuple[str, ...]) -> None:
-    """Refuse keys that a table does not have."""
+def require_known(
+    place: str, table: Mapping[str, Any], known: tuple[str, ...], **needed: str
+) -> None:
+    """Refuse keys that a table does not have, and one that lacks a needed key, with its advice."""
     for name in table:
         if name not in known:
             argument = f"{place}.{name}" if place else name
             raise unknown_name(argument, "a key of an emulsion's file", name, known)
+    for name, advice in needed.items():
+        if name not in table:
+            raise InputError.of(f"{place}.{name}", "given", "nothing", advice)
 
 
 def diameter_of_physical(tables: Mapping[str, Mapping[str, Any]]) -> float | None:
@@ -59,7 +64,7 @@ def diameter_of_physical(tables: Mapping[str, Mapping[str, Any]]) -> float | Non
         return None
     require_known("physical", tables["physical"], _PHYSICAL)
     try:
-        return positive_magnitude_of("diameter", tables["physical"].get("diameter", ""), "um")
+        return magnitude_of("diameter", tables["physical"].get("diameter", ""), "um", positive=True)
     except InputError as error:
         raise error.within("physical") from None
 
@@ -81,7 +86,7 @@ def in_diameters(place: str, table: Mapping[str, Any], diameter_um: float | None
         if diameter_um is None:
             advice = "write it in D0, or add [physical] with the diameter"
             raise InputError.of(f"{place}.{name}", "a number", value, advice)
-        return positive_magnitude_of(f"{place}.{name}", value, "um") / diameter_um
+        return magnitude_of(f"{place}.{name}", value, "um", positive=True) / diameter_um
 
     return {name: read(name, v) if name in lengths else v for name, v in table.items()}
 
@@ -120,6 +125,21 @@ def read_array(table: Mapping[str, Any], beside: Path, diameter_um: float | None
         return array
     moved = array.circles + np.array([margins[0], 0.0, 0.0])
     return PillarArray(moved, array.length + sum(margins), array.width)
+
+
+def read_flow(table: Mapping[str, Any]) -> tuple[float, dict[str, float]]:
+    """Return z of [flow], D0, and what drives the flow, an argument of `array_flow`."""
+    known = ("thickness", "mean_speed", "pressure_gradient")
+    advice = "give z in D0, or inf for the plane Stokes flow"
+    require_known("flow", table, known, thickness=advice)
+    if {"mean_speed", "pressure_gradient"} <= table.keys():
+        got = "both it and pressure_gradient"
+        raise InputError.of("flow.mean_speed", "alone", got, "leave one of them out")
+    for name, value in table.items():
+        if not (name == "thickness" and value == math.inf):
+            checked_positive(f"flow.{name}", value, "see the how-to about arrays")
+    drive = {name: float(value) for name, value in table.items() if name != "thickness"}
+    return float(table["thickness"]), drive
 
 
 def _imaging(path: Path | None, diameter_um: float | None) -> PillarArray:
@@ -161,9 +181,8 @@ def read_parameters(
 
 def read_inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: PillarArray) -> Inlet:
     """Return the inlet of [inlet]; `margins` is [array]."""
-    require_known("inlet", table, ("x", "bottom", "top", "area_fraction", "diameters"))
-    if "area_fraction" not in table:
-        raise InputError.of("inlet.area_fraction", "given", "nothing", "write 0.1")
+    known = ("x", "bottom", "top", "area_fraction", "diameters")
+    require_known("inlet", table, known, area_fraction="write 0.1")
     for name in ("before", "behind"):
         if not margins.get(name):
             advice = "give the free fluid before and behind the array, such as 3"
@@ -173,10 +192,9 @@ def read_inlet(table: Mapping[str, Any], margins: Mapping[str, Any], array: Pill
 
 def read_coalescence(table: Mapping[str, Any]) -> Coalescence:
     """Return how droplets merge, of [coalescence]."""
-    require_known("coalescence", table, tuple(inspect.signature(Coalescence).parameters))
-    if "drainage" not in table:
-        advice = "write K, or inf where contacts are only recorded"
-        raise InputError.of("coalescence.drainage", "given", "nothing", advice)
+    known = tuple(inspect.signature(Coalescence).parameters)
+    advice = "write K, or inf where contacts are only recorded"
+    require_known("coalescence", table, known, drainage=advice)
     return Coalescence(**table)
 
 

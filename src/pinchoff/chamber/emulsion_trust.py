@@ -78,18 +78,10 @@ class Trust:
 def measure_trust(
     pieces: Iterable[Outlines], array: PillarArray, flow: Flow, begin: float, spacing: float
 ) -> Trust:
-    """Look at the droplets of some frames.
+    """Look at the droplets of some frames of a run, whose outlines come in pieces.
 
-    Parameters
-    ----------
-    pieces : iterable of Outlines
-        Of a run, one after the other.
-    array : PillarArray
-    flow : Flow
-    begin : float
-        Frames before this time are left out, t0.
-    spacing : float
-        Of two vertices, D0: outlines within it touch.
+    Frames before the time `begin`, t0, are left out. Outlines within the `spacing` of two
+    vertices, D0, touch.
     """
     gaps = neighbour_gaps(array)
     slips, speeds, blocked, largest, seen = [], [], [], 0, 0

@@ -45,6 +45,11 @@ class Port(NamedTuple):
     y_um: float
     radius_um: float
 
+    def covers(self, points_um: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which points, shape (n, 2), lie in it."""
+        away = np.hypot(points_um[:, 0] - self.x_um, points_um[:, 1] - self.y_um)
+        return np.asarray(away < self.radius_um)
+
 
 class Stations(NamedTuple):
     """Where along x one part ends and the next begins, µm."""

@@ -37,8 +37,12 @@ GROWTH = 0.15
 _LEAST_EDGE_UM = 0.05  # bends shallower than this are drawn straight
 _CORNER = math.radians(20.0)  # a bend sharper than this keeps its vertex
 _QUADTREE_SHARE = 1.25  # largest leaf per wanted size, so that sizes are right on average
-_CLEARANCE = 0.62  # of the wall's element size, kept free of inner nodes
-_ROUNDS = 2  # of triangulating and smoothing
+CLEARANCE = 0.62
+"""Part of the wall's element size that is kept free of inner nodes."""
+
+ROUNDS = 2
+"""Of triangulating and smoothing."""
+
 _SMOOTHINGS = 5  # in a round
 _MOST_HALVINGS = 12
 
@@ -76,15 +80,6 @@ class TriangleMesh:
         """Return the area of each triangle, µm²."""
         a, b, c = (self.points[self.triangles[:, k]] for k in range(3))
         return 0.5 * _cross(b - a, c - a)
-
-    def least_angles(self) -> Floats:
-        """Return the smallest angle of each triangle, degrees."""
-        corners = [self.points[self.triangles[:, k]] for k in range(3)]
-        angles = []
-        for k in range(3):
-            a, b = corners[k - 1] - corners[k], corners[k - 2] - corners[k]
-            angles.append(np.arctan2(np.abs(_cross(a, b)), np.sum(a * b, axis=1)))
-        return np.asarray(np.degrees(np.min(angles, axis=0)))
 
 
 def wall_size(gap_um: float, elements: float, growth: float = GROWTH) -> float:
@@ -125,9 +120,10 @@ def build_mesh(fluid: MultiPolygon, size: Size, largest_um: float) -> TriangleMe
     local = np.maximum(spans, np.roll(spans, 1))
     inner = _inner_nodes(fluid, wall, local, largest_um)
     points = np.concatenate([wall, inner])
-    for _ in range(_ROUNDS):
-        points = _smoothed(points, len(wall), Delaunay(points))
-        points = points[_clear(points, wall, local)]
+    tree = cKDTree(wall)
+    for _ in range(ROUNDS):
+        points = smoothed(points, len(wall), points, np.arange(len(points)))
+        points = points[off_walls(tree, local, points, len(wall))]
     return _inside(fluid, points, len(wall))
 
 
@@ -204,45 +200,62 @@ def _inner_nodes(fluid: MultiPolygon, wall: Floats, local: Floats, largest_um: f
     """Return the leaves' centres of a quadtree as fine as the size field wants it."""
     tree = cKDTree(wall)
     left, low, right, high = fluid.bounds
-    cell = largest_um
-    columns, rows = math.ceil((right - left) / cell), math.ceil((high - low) / cell)
-    x, y = np.meshgrid(
-        left + (np.arange(columns) + 0.5) * cell, low + (np.arange(rows) + 0.5) * cell
-    )
-    centres = np.column_stack([x.ravel(), y.ravel()])
-    leaves = []
-    while len(centres):
-        distance, nearest = tree.query(centres)
-        # A cell far outside the fluid stays coarse; one that the wall may cross is looked into.
-        wanted = local[nearest] + GROWTH * np.maximum(distance - 0.5 * cell, 0.0)
-        split = cell > _QUADTREE_SHARE * wanted
-        leaves.append(centres[~split])
-        quarter = 0.25 * cell * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
-        centres = (centres[split][:, None, :] + quarter).reshape(-1, 2)
-        cell *= 0.5
-    points = np.concatenate(leaves)
+    corner, size = np.array([left, low]), np.array([right - left, high - low])
+    counts = np.ceil(size / largest_um).astype(int)
+    points, _ = quadtree_leaves(tree, local, corner, counts, np.array([largest_um, largest_um]))
     points = points[shapely.contains_xy(fluid, points[:, 0], points[:, 1])]
     distance, nearest = tree.query(points)
-    kept = points[distance > _CLEARANCE * local[nearest]]
+    kept = points[distance > CLEARANCE * local[nearest]]
     return np.asarray(kept[np.argsort(kept[:, 0])])  # neighbours near each other in memory
 
 
-def _clear(points: Floats, wall: Floats, local: Floats) -> NDArray[np.bool_]:
-    """Tell the nodes of the wall, and the inner ones that are not too near to it."""
-    distance, nearest = cKDTree(wall).query(points[len(wall) :])
-    far = distance > 0.5 * local[nearest]
-    return np.concatenate([np.ones(len(wall), dtype=bool), far])
+def quadtree_leaves(
+    tree: cKDTree, local: Floats, corner: Floats, counts: Integers, cell: Floats
+) -> tuple[Floats, Floats]:
+    """Return the leaves' centres, (n, 2), and longer sides, (n,), fine where walls are near.
+
+    `tree` holds the nodes on walls, whose element sizes are `local`. The first cells begin at
+    `corner`; `counts` of them stand along x and y.
+    """
+    x, y = (corner[k] + (np.arange(counts[k]) + 0.5) * cell[k] for k in range(2))
+    centres = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    leaves, spans = [], []
+    while len(centres):
+        distance, nearest = tree.query(centres)
+        span = cell.max()
+        # A cell far outside the fluid stays coarse; one that the wall may cross is looked into.
+        wanted = local[nearest] + GROWTH * np.maximum(distance - 0.5 * span, 0.0)
+        split = span > _QUADTREE_SHARE * wanted
+        leaves.append(centres[~split])
+        spans.append(np.full(len(leaves[-1]), span))
+        quarter = 0.25 * cell * np.array([[-1, -1], [1, -1], [-1, 1], [1, 1]])
+        centres = (centres[split][:, None, :] + quarter).reshape(-1, 2)
+        cell = cell * 0.5
+    return np.concatenate(leaves), np.concatenate(spans)
 
 
-def _smoothed(points: Floats, wall_count: int, delaunay: Delaunay) -> Floats:
-    """Move the inner nodes to the middle of their neighbours, a few times."""
-    starts, neighbours = delaunay.vertex_neighbor_vertices
-    counts = np.diff(starts)
+def off_walls(tree: cKDTree, local: Floats, points: Floats, wall_count: int) -> NDArray[np.bool_]:
+    """Tell the nodes of the wall, which come first, and inner ones that are not too near it."""
+    distance, nearest = tree.query(points[wall_count:])
+    return np.concatenate([np.ones(wall_count, dtype=bool), distance > 0.5 * local[nearest]])
+
+
+def smoothed(points: Floats, wall_count: int, images: Floats, numbers: Integers) -> Floats:
+    """Move the nodes, (n, 2), behind those of the wall to the middle of their neighbours.
+
+    Neighbours are sought among `images`, (m, 2): the nodes, and behind them images of those nodes
+    that `numbers`, (m,), says.
+    """
+    starts, neighbours = Delaunay(images).vertex_neighbor_vertices
+    count = len(points)
+    counts = np.diff(starts[: count + 1])
+    ends = neighbours[: starts[count]]
+    of = numbers[ends]
+    shift = images[ends] - points[of]
     moved = points.copy()
     for _ in range(_SMOOTHINGS):
-        sums = np.add.reduceat(moved[neighbours], starts[:-1], axis=0)
-        middle = sums / counts[:, None]
-        moved[wall_count:] = middle[wall_count:]
+        sums = np.add.reduceat(moved[of] + shift, starts[:count], axis=0)
+        moved[wall_count:] = (sums / counts[:, None])[wall_count:]
     return moved
 
 
@@ -256,6 +269,10 @@ def _inside(fluid: MultiPolygon, points: Floats, wall_count: int) -> TriangleMes
     area = 0.5 * _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     longest = np.max(np.sum((corners - np.roll(corners, 1, axis=1)) ** 2, axis=2), axis=1)
     within &= np.abs(area) > 1e-6 * longest
-    turned = area < 0
-    simplices[turned] = simplices[turned][:, ::-1]
-    return TriangleMesh(points, simplices[within], wall_count)
+    return TriangleMesh(points, anticlockwise(points, simplices[within]), wall_count)
+
+
+def anticlockwise(points: Floats, triangles: Integers) -> Integers:
+    """Return triangles, (m, 3), with the nodes of each in this order."""
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    return np.where(_cross(b - a, c - a)[:, None] < 0, triangles[:, ::-1], triangles)

@@ -71,7 +71,7 @@ class FlowComparison:
         return {
             "obstacle": self.obstacle._asdict(),
             "start_distance_D0": self.in_chamber.parameters.start_distance,
-            **{name: _said(runs[name], lines[name]) for name in runs},
+            **{name: _reported(runs[name], lines[name]) for name in runs},
         }
 
 
@@ -118,15 +118,8 @@ def flow_around(
 def collision_parameters(check: FlowCheck, obstacle: Pillar, offset: float) -> Parameters:
     """Return the parameters of a collision with an obstacle at the operation's rates.
 
-    The droplet starts as far upstream as the obstacles before this one let it, and no farther
-    than 3 D0.
-
-    Parameters
-    ----------
-    check : FlowCheck
-    obstacle : Pillar
-    offset : float
-        Start y, D0.
+    The droplet starts at y = `offset`, D0, as far upstream as the obstacles before this one let it,
+    and no farther than 3 D0.
     """
     operation, chamber = check.chamber.operation, check.chamber
     scale = PhysicalScale(
@@ -178,10 +171,10 @@ def compare_with_stokes(
     points = {"simulation_capillary_number": list(capillary_numbers)}
     base = parameters.replace(scale=None)
     lines = []
-    for each in (flow, None):
+    for around in (flow, None):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RuntimeWarning)  # Boundary.failures has them
-            lines.append(boundary(base, points, scan=_SCAN, progress=progress, flow=each))
+            lines.append(boundary(base, points, scan=_SCAN, progress=progress, flow=around))
     return FlowComparison(
         obstacle,
         flow,
@@ -191,7 +184,7 @@ def compare_with_stokes(
     )
 
 
-def _said(collision: Collision, line: Boundary) -> dict[str, Any]:
+def _reported(collision: Collision, line: Boundary) -> dict[str, Any]:
     try:
         fit = line.fit()
         fitted = [fit.alpha.value, fit.beta.value]

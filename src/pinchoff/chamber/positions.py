@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pinchoff.support.arguments import finite_or_nan
-from pinchoff.support.errors import InputError
+import numpy as np
+
+from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.paper_constants import PIXEL_SIZE_UM
 
 if TYPE_CHECKING:
@@ -57,39 +58,22 @@ def in_frame(
     >>> len(pillars), set(pillars["obstacle_radius_um"])
     (10, {85.0})
     """
-    if not finite_or_nan(pixel_size_um) > 0:
-        advice = "give the size of a pixel in µm"
-        raise InputError.of("pixel_size_um", "positive and finite", pixel_size_um, advice)
-    width, height = (_pixels(side) for side in frame_px)
+    pixel = checked_positive("pixel_size_um", pixel_size_um, "give the size of a pixel in µm")
+    advice = "give width and height as in (640, 512)"
+    width, height = (checked_whole("frame_px", side, advice, low=1) for side in frame_px)
     at = chamber.layout.stations
-    x, y = ((at.imaging + at.exit) / 2, 0.0) if centre_um is None else map(_place, centre_um)
+    advice = "give x and y in the design's coordinates"
+    middle = ((at.imaging + at.exit) / 2, 0.0) if centre_um is None else centre_um
+    x, y = (checked_number("centre_um", place, advice) for place in middle)
     table = chamber.obstacles
-    table["obstacle_x_um"] += (width - 1) / 2 * pixel_size_um - x
-    table["obstacle_y_um"] = (height - 1) / 2 * pixel_size_um - (table["obstacle_y_um"] - y)
-    radius = table["obstacle_radius_um"]
-    shown = (table["obstacle_x_um"] + radius > -0.5 * pixel_size_um) & (
-        table["obstacle_x_um"] - radius < (width - 0.5) * pixel_size_um
-    )
-    shown &= (table["obstacle_y_um"] + radius > -0.5 * pixel_size_um) & (
-        table["obstacle_y_um"] - radius < (height - 0.5) * pixel_size_um
-    )
+    table["obstacle_x_um"] += (width - 1) / 2 * pixel - x
+    table["obstacle_y_um"] = (height - 1) / 2 * pixel - (table["obstacle_y_um"] - y)
+    shown = np.ones(len(table), dtype=bool)
+    for name, count in (("obstacle_x_um", width), ("obstacle_y_um", height)):
+        shown &= table[name] + table["obstacle_radius_um"] > -0.5 * pixel
+        shown &= table[name] - table["obstacle_radius_um"] < (count - 0.5) * pixel
     visible: pd.DataFrame = table[shown].reset_index(drop=True)
     for name in ("obstacle_x", "obstacle_y", "obstacle_radius"):
-        visible[f"{name}_px"] = visible[f"{name}_um"] / pixel_size_um
+        visible[f"{name}_px"] = visible[f"{name}_um"] / pixel
         visible.attrs["units"][f"{name}_px"] = "px"
     return visible
-
-
-def _pixels(value: int) -> int:
-    if isinstance(value, bool) or int(value) != value or value < 1:
-        advice = "give width and height as in (640, 512)"
-        raise InputError.of("frame_px", "two whole numbers from 1 on", value, advice)
-    return int(value)
-
-
-def _place(value: float) -> float:
-    number = finite_or_nan(value)
-    if number != number:
-        advice = "give x and y in the design's coordinates"
-        raise InputError.of("centre_um", "two finite numbers", value, advice)
-    return number

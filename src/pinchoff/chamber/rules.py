@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, NamedTuple
 
 import shapely
-from shapely import MultiPolygon, Point, STRtree
+from shapely import MultiPolygon, Point, Polygon, STRtree
 from shapely.geometry.base import BaseGeometry
 
 from pinchoff.chamber.shapes import polygons
@@ -75,9 +75,10 @@ def check_rules(chamber: Chamber, layout: Layout | None = None) -> list[Violatio
     layout = chamber.layout if layout is None else layout
     gap, wall = chamber.least_gap_um, chamber.least_wall_um
     span = chamber.rules.largest_span_ratio * chamber.thickness_um
+    solid = shapely.difference(layout.outline, layout.fluid)
     return [
-        *_too_narrow(layout.fluid, gap),
-        *_too_thin(layout, wall),
+        *_narrower("gap", layout.fluid, gap, f"the fluid is narrower than {gap:g} µm"),
+        *_narrower("wall", solid, wall, f"the solid is thinner than {wall:g} µm"),
         *_too_wide(layout, span),
         *_overlapping(layout),
         *_cut_pillars(layout),
@@ -140,23 +141,14 @@ def _opened(shape: BaseGeometry, width: float) -> BaseGeometry:
     return kept.buffer(half, join_style="mitre", mitre_limit=_MITRE)
 
 
-def _lost(shape: BaseGeometry, width: float) -> list[BaseGeometry]:
-    """Return the parts of a shape that are narrower than a width."""
+def _narrower(rule: str, shape: BaseGeometry, width: float, says: str) -> Iterator[Violation]:
+    """Yield the parts of a shape that are narrower than a width."""
     rest = shapely.difference(shape, _opened(shape, width * (1.0 - 1e-6)))
     sliver = _SLIVER * width
     real = rest.buffer(-sliver).buffer(sliver, join_style="mitre")
-    return [part for part in polygons(real) if part.area > _SPECK * width**2]
-
-
-def _too_narrow(fluid: BaseGeometry, least: float) -> Iterator[Violation]:
-    says = f"the fluid is narrower than {least:g} µm"
-    yield from (_violation("gap", part, says) for part in _lost(fluid, least))
-
-
-def _too_thin(layout: Layout, least: float) -> Iterator[Violation]:
-    says = f"the solid is thinner than {least:g} µm"
-    solid = shapely.difference(layout.outline, layout.fluid)
-    yield from (_violation("wall", part, says) for part in _lost(solid, least))
+    for part in polygons(real):
+        if part.area > _SPECK * width**2:
+            yield _violation(rule, part, says)
 
 
 def _too_wide(layout: Layout, most: float) -> Iterator[Violation]:
@@ -191,7 +183,7 @@ def _pairs(shapes: list[BaseGeometry], says: str) -> Iterator[Violation]:
 
 def _cut_pillars(layout: Layout) -> Iterator[Violation]:
     """Yield pillars that are not a hole of their own in the fluid."""
-    holes = [shapely.Polygon(r) for p in layout.fluid.geoms for r in p.interiors]
+    holes = _solid_in_fluid(layout)
     tree = STRtree(holes)
     for pillar, drawn in zip(layout.pillars, layout.discs, strict=True):
         near = tree.query(Point(pillar.x_um, pillar.y_um), predicate="intersects")
@@ -203,23 +195,19 @@ def _cut_pillars(layout: Layout) -> Iterator[Violation]:
 
 def _islands(layout: Layout) -> Iterator[Violation]:
     """Yield fluid that no port reaches, and solid in the fluid that is no pillar."""
-    ports = {name: Point(port.x_um, port.y_um) for name, port in layout.ports.items()}
+    ports = [Point(port.x_um, port.y_um) for port in layout.ports.values()]
     for part in layout.fluid.geoms:
-        if not any(part.intersects(point) for point in ports.values()):
+        if not any(part.intersects(point) for point in ports):
             yield _violation("island", part, "no port reaches this fluid")
-    wanted = shapely.union_all(layout.discs)
-    solid = [shapely.Polygon(r) for p in layout.fluid.geoms for r in p.interiors]
-    for part in _solid_islands(solid, wanted, layout):
-        yield _violation("island", part, "this solid in the fluid is no pillar")
-
-
-def _solid_islands(
-    solid: Iterable[BaseGeometry], wanted: BaseGeometry, layout: Layout
-) -> Iterator[BaseGeometry]:
+    pillars = shapely.union_all(layout.discs)
     least = min((disc.area for disc in layout.discs), default=0.0)
-    for part in solid:
-        if not part.intersects(wanted) and part.area < least:
-            yield part
+    for part in _solid_in_fluid(layout):
+        if not part.intersects(pillars) and part.area < least:
+            yield _violation("island", part, "this solid in the fluid is no pillar")
+
+
+def _solid_in_fluid(layout: Layout) -> list[Polygon]:
+    return [Polygon(ring) for part in layout.fluid.geoms for ring in part.interiors]
 
 
 def _blocked(layout: Layout, least: float) -> Iterator[Violation]:
@@ -230,7 +218,5 @@ def _blocked(layout: Layout, least: float) -> Iterator[Violation]:
     reached = [part for part in parts if part.intersects(places["outlet"])]
     for name, place in places.items():
         if not any(part.intersects(place) for part in reached):
-            port = layout.ports[name]
-            shape = place.buffer(port.radius_um)
             says = f"no path {least:g} µm wide leads from port {name} to the outlet"
-            yield _violation("path", shape, says)
+            yield _violation("path", place.buffer(layout.ports[name].radius_um), says)

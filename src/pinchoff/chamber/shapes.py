@@ -49,13 +49,11 @@ def mirrored(shape: BaseGeometry) -> BaseGeometry:
 
 def polygons(shape: BaseGeometry) -> list[Polygon]:
     """Return the polygons of a shape, leaving out lines and points."""
-    parts = shapely.get_parts(shape, return_index=False)
     flat: list[Polygon] = []
-    for part in parts:
-        if isinstance(part, Polygon):
-            if not part.is_empty:
-                flat.append(part)
-        elif isinstance(part, BaseGeometry) and hasattr(part, "geoms"):
+    for part in shapely.get_parts(shape):
+        if isinstance(part, Polygon) and not part.is_empty:
+            flat.append(part)
+        elif hasattr(part, "geoms"):
             flat += polygons(part)
     return flat
 
@@ -84,7 +82,7 @@ def staggered(
     for column, x in enumerate(x_um):
         shift = stagger * pitch_um if column % 2 else 0.0
         y = np.mod(even + shift + width / 2, width) - width / 2
-        points += [(x, each) for each in np.sort(y)]
+        points += [(x, place) for place in np.sort(y)]
     return np.array(points).reshape(-1, 2)
 
 

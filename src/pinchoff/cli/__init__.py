@@ -12,7 +12,7 @@ import io
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -47,29 +47,25 @@ _INTERRUPTED = 130  # what typer returns after Ctrl-C; its older releases raise 
 _TYPES = {"integer": "a whole number", "number": "a number"}  # our words for the parser's
 
 
-class _PlainCommand(TyperCommand):
-    """A command whose help names no type of Python."""
+class _PlainWords:
+    """Help without ``<path>`` and ``<bool>``: names of arguments and switches say enough."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return _in_plain_words(super().get_params(ctx))
+        found: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for parameter in found:
+            if parameter.param_type_name == "argument":
+                parameter.display_type_rich = lambda ctx: None
+            elif parameter.is_flag:
+                parameter.metavar = ""
+        return found
 
 
-class _PlainGroup(TyperGroup):
-    """The program, whose help names no type of Python either."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        return _in_plain_words(super().get_params(ctx))
+class _PlainCommand(_PlainWords, TyperCommand):
+    """A command."""
 
 
-def _in_plain_words(parameters: Iterable[Any]) -> list[Any]:
-    """Take ``<path>`` and ``<bool>`` out: names of arguments and switches say what they take."""
-    found = list(parameters)
-    for parameter in found:
-        if parameter.param_type_name == "argument":
-            parameter.display_type_rich = lambda ctx: None
-        elif parameter.is_flag:
-            parameter.metavar = ""
-    return found
+class _PlainGroup(_PlainWords, TyperGroup):
+    """The program."""
 
 
 app = typer.Typer(

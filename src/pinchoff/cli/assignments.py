@@ -1,4 +1,7 @@
-"""NAME=VALUE pairs and lists of values, as the command line takes them."""
+"""NAME=VALUE pairs and lists of values, as the command line takes them.
+
+What is read stands behind an option that may be repeated; errors name that option and show a pair.
+"""
 
 from __future__ import annotations
 
@@ -12,23 +15,7 @@ from pinchoff.support.errors import InputError
 def read_pairs(
     flag: str, texts: Iterable[str] | None, example: str, form: str = "NAME=VALUE"
 ) -> dict[str, str]:
-    """Read the pairs behind an option that may be repeated.
-
-    Parameters
-    ----------
-    flag : str
-        The option, as ``--set``.
-    texts : iterable of str, optional
-        What stands behind it, each time that it is given.
-    example : str
-        A pair, for the errors.
-    form : str, optional
-        How a pair is written, for the errors.
-
-    Raises
-    ------
-    InputError
-        A text is no pair, or a name is given twice.
+    """Read pairs; a text that is none is refused, and so is a name that is given twice.
 
     Examples
     --------
@@ -47,12 +34,7 @@ def read_pairs(
 
 
 def read_values(flag: str, texts: Iterable[str] | None, example: str) -> dict[str, Any]:
-    """Read pairs whose values are written as in TOML, or are bare words.
-
-    Raises
-    ------
-    InputError
-        As `read_pairs` and `read_value`.
+    """Read pairs whose values are as `read_value` takes them.
 
     Examples
     --------
@@ -65,11 +47,6 @@ def read_values(flag: str, texts: Iterable[str] | None, example: str) -> dict[st
 
 def read_value(place: str, text: str) -> Any:
     """Read a value that is written as in TOML, or else is a bare word.
-
-    Raises
-    ------
-    InputError
-        Its brackets are nested beyond reason.
 
     Examples
     --------
@@ -87,11 +64,6 @@ def read_value(place: str, text: str) -> Any:
 
 def read_list(place: str, text: str) -> list[Any]:
     """Read values between commas.
-
-    Raises
-    ------
-    InputError
-        A value is missing between two commas, or as `read_value`.
 
     Examples
     --------

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -13,7 +12,7 @@ from pinchoff.cli.assignments import read_list, read_pairs
 from pinchoff.cli.folders import Results, remove_results
 from pinchoff.cli.model_options import ModelFileOptions, set_option
 from pinchoff.cli.options import flag_of, grouped, named_as_options, option
-from pinchoff.cli.output import print_table, warn
+from pinchoff.cli.output import print_table
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 from pinchoff.support.records import write_json
@@ -81,14 +80,16 @@ def boundary(
     pinchoff boundary --set line_tension=60,190,600,1900 --width 0.002 \
     --out appendix-c
     """
+    from pinchoff.studies.boundary.report import boundary_report
+    from pinchoff.studies.boundary.search import boundary as find
+
     given = dict(zip(_OWN, (capillary, size_ratio), strict=True))
     vary = _lists({name: text for name, text in given.items() if text}, constants or [])
     base, _ = model.parameters()
     with results.held_for(_FILES) as folder:
         started = time.perf_counter()
-        line = _found(base, vary, width, scan)
-        from pinchoff.studies.boundary.report import boundary_report
-
+        with named_as_options(*_OWN, "width", "scan"):
+            line = find(base, vary, width=width, scan=scan)
         report, fit = boundary_report(line, time.perf_counter() - started)
         remove_results(folder, _FILES)
         paths = _write(line, fit, report, folder)
@@ -103,23 +104,6 @@ def _lists(options: Mapping[str, str], assignments: Sequence[str]) -> dict[str, 
             raise InputError.of("--set", "another parameter", name, f"use {flag_of(name)}")
         lists[name] = read_list(f"--set {name}", text)
     return lists
-
-
-def _found(base: Any, vary: Mapping[str, list[Any]], width: float, scan: int) -> Boundary:
-    """Find the boundary; say on stderr what guards stopped."""
-    from pinchoff.studies.boundary.search import boundary as find
-
-    with named_as_options(*_OWN, "width", "scan"), warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        line = find(base, vary, width=width, scan=scan)
-    for point, failures in line.failures.groupby("point"):
-        low, high = failures["offset"].min(), failures["offset"].max()
-        runs = (line.runs["point"] == point).sum()
-        warn(
-            f"{len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
-            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}"
-        )
-    return line
 
 
 def _write(line: Boundary, fit: LineFit | None, report: Mapping[str, Any], out: Path) -> list[Path]:

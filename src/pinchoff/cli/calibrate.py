@@ -90,14 +90,26 @@ def calibrate(
     pinchoff calibrate collisions.parquet --free conversion \
     --free edge_stiffness --out mine
     """
+    from pinchoff.studies.calibration.fitting import calibrate as fit
+
     aim, constants = _target(target), _bounds(free) if free else None
     base, _ = model.parameters()
     with results.resumed() as folder:
         if results.overwrite:
             remove_results(folder, _FILES)
         started = time.perf_counter()
-        options = {"points": points, "width": width, "scan": scan, "evaluations": evaluations}
-        found = _calibrated(aim, constants, base, {**options, "grid": grid, "out": folder})
+        with named_as_options("free", "points", "width", "scan", "evaluations", "grid"):
+            found = fit(
+                aim,
+                constants,
+                base,
+                points=points,
+                width=width,
+                scan=scan,
+                evaluations=evaluations,
+                grid=grid,
+                out=folder,
+            )
         seconds = round(time.perf_counter() - started, 3)
         report = versioned({**found.to_dict(), "seconds": seconds})
         paths = _write(found, report, folder)
@@ -130,26 +142,15 @@ def _bounds(free: Sequence[str]) -> dict[str, tuple[float, float] | None]:
         name, equals, ends = (part.strip() for part in text.partition("="))
         if name in constants:
             raise InputError.of("--free", "given once for each constant", text, "drop one of them")
-        constants[name] = _pair(text, ends) if equals else None
+        constants[name] = None
+        if equals:
+            try:
+                low, high = map(float, ends.split(","))
+            except ValueError:
+                advice = "write it like edge_stiffness=1,6"
+                raise InputError.of("--free", "NAME or NAME=LOW,HIGH", text, advice) from None
+            constants[name] = low, high
     return constants
-
-
-def _pair(text: str, ends: str) -> tuple[float, float]:
-    try:
-        low, high = (float(part) for part in ends.split(","))
-    except ValueError:
-        advice = "write it like edge_stiffness=1,6"
-        raise InputError.of("--free", "NAME or NAME=LOW,HIGH", text, advice) from None
-    return low, high
-
-
-def _calibrated(
-    target: Target, constants: Mapping[str, Any] | None, base: Any, options: Mapping[str, Any]
-) -> Calibration:
-    from pinchoff.studies.calibration.fitting import calibrate as fit
-
-    with named_as_options(*(name for name in options if name != "out"), "free"):
-        return fit(target, constants, base, **options)
 
 
 def _write(found: Calibration, report: Mapping[str, Any], out: Path) -> list[Path]:

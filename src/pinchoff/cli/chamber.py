@@ -12,7 +12,8 @@ from pinchoff.cli.folders import Results, remove_results
 from pinchoff.cli.options import argument, flag_of, grouped, named_as_options, option, switch
 from pinchoff.cli.output import bar, print_table, warn
 from pinchoff.support.errors import InputError
-from pinchoff.support.files import read_toml
+from pinchoff.support.files import put_in_table, read_toml
+from pinchoff.support.quantities import physical_magnitude
 from pinchoff.support.records import jsonable, write_json
 
 if TYPE_CHECKING:
@@ -39,10 +40,6 @@ _RATE_COLUMNS = {
     "capillary_number": "Ca",
     "reynolds_number": "Re",
     "pressure_drop_Pa": "pressure (Pa)",
-}
-_QUANTITIES = {  # the key of each quantity that has an option of its own
-    "obstacle_radius": "imaging.obstacle_radius_um",
-    "thickness": "thickness_um",
 }
 
 
@@ -105,7 +102,7 @@ def chamber(
 
     pinchoff chamber examples/chamber.toml --flow --out dense
     """
-    quantities = {"obstacle_radius": obstacle_radius, "thickness": thickness}
+    quantities = {"imaging.obstacle_radius_um": obstacle_radius, "thickness_um": thickness}
     design = _design(config, quantities, settings or [], warn)
     from pinchoff import chamber as po_chamber
 
@@ -123,37 +120,25 @@ def chamber(
 def _design(
     config: Path | None, quantities: dict[str, str | None], settings: Sequence[str], warn: bool
 ) -> Chamber:
-    """Return the device of a file; the command line overrides it."""
+    """Return the device of a file; the command line, quantities by their keys, overrides it."""
     from pinchoff.chamber import Chamber
-    from pinchoff.support.quantities import physical_magnitude
 
     table: dict[str, Any] = {} if config is None else read_toml(config)
     given = read_values("--set", settings, "imaging.pitch_um=800")
     for key, value in given.items():
-        _place(table, key, value)
-    for name, text in quantities.items():
+        put_in_table(table, key, value)
+    for key, text in quantities.items():
         if text is None:
             continue
-        key, flag = _QUANTITIES[name], flag_of(name)
+        name = key.removeprefix("imaging.").removesuffix("_um")
         if key in given:
-            raise InputError.of(f"--set {key}", "given once", text, f"drop it or {flag}")
+            advice = f"drop it or {flag_of(name)}"
+            raise InputError.of(f"--set {key}", "given once", text, advice)
         with named_as_options(name):
-            _place(table, key, physical_magnitude(name, text))
+            put_in_table(table, key, physical_magnitude(name, text))
     if warn:
-        _place(table, "rules.on_violation", "warn")
+        put_in_table(table, "rules.on_violation", "warn")
     return Chamber(**table)
-
-
-def _place(table: dict[str, Any], key: str, value: Any) -> None:
-    """Put a value where its dotted key says, leaving other values of the part alone."""
-    part, dot, name = key.partition(".")
-    if not dot:
-        table[part] = value
-        return
-    inside = table.setdefault(part, {})
-    if not isinstance(inside, dict):
-        raise InputError.of(part, "a table", inside, f"write it as [{part}]")
-    inside[name] = value
 
 
 def _report_violations(design: Chamber, violations: list[Violation], folder: Path) -> None:

@@ -37,7 +37,8 @@ def compare(
 
     pinchoff compare measured/clips/clip --collision 3 --out comparison
     """
-    from pinchoff.figures.filmed_comparison import write_comparison
+    from pinchoff.figures import style
+    from pinchoff.figures.filmed_comparison import compared
     from pinchoff.video.comparison import ROUNDS, compare_collision
 
     with results.held_for((_PICTURE, _NUMBERS)) as folder:
@@ -46,7 +47,7 @@ def compare(
             bar("simulate", ROUNDS, "rounds") as show,
         ):
             found = compare_collision(clip, collision, progress=show)
-        write_comparison(folder / _PICTURE, found)
+        style.save(folder / _PICTURE, compared(found)[0])
         numbers = found.to_dict()
         write_json(folder / _NUMBERS, numbers)
     files = (folder / _PICTURE, folder / _NUMBERS)

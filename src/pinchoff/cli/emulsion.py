@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -97,7 +96,8 @@ def emulsion(
             results.announce(report, lambda: None, [folder / PAGE, folder / SWEEP])
             return
         made = _make(designs[0], folder, workers, movie)
-        _warn(made.study)
+        for remark in made.study.remarks:
+            warn(remark)
         results.announce(made.report, lambda: _print(made), made.files)
 
 
@@ -122,11 +122,12 @@ def _make(design: EmulsionDesign, folder: Path, workers: int | None, movie: bool
     with bar("flow", unit="iterations") as show:
         flow = design.flow(show)
     run = design.run(flow, folder, threads=workers, progress=sys.stderr.isatty())
-    files, report = _write(design, flow, run, folder, workers)
+    study = design.study(run, flow)
+    files, report = _write(design, flow, run, study, folder, workers)
     if movie:
         _write_movie(design, run, folder)
         files.append(folder / MOVIE)
-    return _Made(run, design.study(run, flow), report, files)
+    return _Made(run, study, report, files)
 
 
 def _sweep(
@@ -158,23 +159,21 @@ def _sweep(
 
 
 def _write(
-    design: EmulsionDesign, flow: ArrayFlow, run: Emulsion, folder: Path, workers: int | None
+    design: EmulsionDesign,
+    flow: ArrayFlow,
+    run: Emulsion,
+    study: SizeStudy,
+    folder: Path,
+    workers: int | None,
 ) -> tuple[list[Path], dict[str, Any]]:
     """Write the page, that to explore the contacts, and the tables; return the report too."""
-    from pinchoff.chamber.emulsion_trust import measure_trust
     from pinchoff.collisions.parquet import write_collisions, write_table
     from pinchoff.explorer.page import FOLDER_PAGE, NO_PAGE, write_folder_page
     from pinchoff.figures.pages.emulsion_page import EXPLORE, emulsion_page
     from pinchoff.model.emulsion_result import EVENT_COLUMNS, SIZE_COLUMNS
-    from pinchoff.studies.contact_table import contact_table
-    from pinchoff.studies.emulsion_contacts import contact_outcomes
+    from pinchoff.studies.emulsion_contacts import contact_outcomes, contact_table
 
-    study = design.study(run, flow)
-    trust = None
-    if design.settings["outlines"]:
-        spacing = math.pi / run.parameters.vertex_count
-        sampled = flow.sampled(pad=2.0)
-        trust = measure_trust(run.outline_pieces(), design.array, sampled, study.start, spacing)
+    trust = design.trust(run, flow, study.start)
     array, events = design.array, run.events
     contacts = contact_outcomes(events, array.circles, run.parameters, run.time, array.width)
     isolated = design.isolated(contacts, flow, workers)
@@ -192,8 +191,9 @@ def _write(
         page.paragraph(NO_PAGE)
     page.write(folder / PAGE)
     report = _report(study, run)
-    report["trust"] = jsonable(vars(trust)) if trust else None
-    report["isolated"] = None if isolated is None else jsonable(isolated.to_dict("list"))
+    report["trust"] = vars(trust) if trust else None
+    report["isolated"] = None if isolated is None else isolated.to_dict("list")
+    report = jsonable(report)
     write_json(folder / RESULTS, report)
     return files, report
 
@@ -215,36 +215,22 @@ def _write_movie(design: EmulsionDesign, run: Emulsion, folder: Path) -> None:
 
 
 def _report(study: SizeStudy, run: Emulsion) -> dict[str, Any]:
-    numbers = {name: getattr(study, name)._asdict() for name in _MEASURED}
-    report: dict[str, Any] = jsonable(
-        {
-            **numbers,
-            "rates": {kind: rate._asdict() for kind, rate in study.rates.items()},
-            "steady": study.steady,
-            "remarks": study.remarks,
-            "correlation_time": study.correlation_time,
-            "residence_time": study.residence_time,
-            "time": run.time,
-            "balance": run.balance,
-            "stopped": run.stopped,
-            "guard_report": run.guard_report,
-            "retired_share": run.retired_share,
-        }
-    )
+    report: dict[str, Any] = {name: getattr(study, name)._asdict() for name in _MEASURED}
+    report["rates"] = {kind: rate._asdict() for kind, rate in study.rates.items()}
+    for name in ("steady", "remarks", "correlation_time", "residence_time"):
+        report[name] = getattr(study, name)
+    for name in ("time", "balance", "stopped", "guard_report", "retired_share"):
+        report[name] = getattr(run, name)
     return report
-
-
-def _warn(study: SizeStudy) -> None:
-    for remark in study.remarks:
-        warn(remark)
 
 
 def _print(made: _Made) -> None:
     study, run = made.study, made.run
-    rows = [("mean diameter", str(study.mean_diameter), "D0")]
-    rows.append(("weighted by area", str(study.weighted_diameter), "D0"))
-    rows += [
-        (f"rate: {kind}", str(rate), "1/t0") for kind, rate in study.rates.items() if rate.value > 0
+    rates = {kind: rate for kind, rate in study.rates.items() if rate.value > 0}
+    rows = [
+        ("mean diameter", str(study.mean_diameter), "D0"),
+        ("weighted by area", str(study.weighted_diameter), "D0"),
+        *((f"rate: {kind}", str(rate), "1/t0") for kind, rate in rates.items()),
     ]
     if run.balance["retired"]:
         gone = f"{counted(int(run.balance['retired']), 'droplet')}, {100 * run.retired_share:.2g} %"

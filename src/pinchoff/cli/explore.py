@@ -6,7 +6,7 @@ import sys
 import tempfile
 import webbrowser
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pinchoff.cli.folders import require_new_file
 from pinchoff.cli.options import OUTPUT, AsJson, argument, grouped, option, switch
@@ -65,16 +65,10 @@ def explore(
         "films": len(own["films"]) if own else 0,
         "words": own["words"] if own else [],
     }
-    announce(report, lambda: _print(report), [target], as_json=as_json)
+    words = f"{counted(report['collisions'], 'collision')}, {report['films']} with their outlines"
+    announce(report, lambda: print(words) if own else None, [target], as_json=as_json)
     if out is None and not webbrowser.open(target.resolve().as_uri()):
         print("open it in a browser: none could be started here", file=sys.stderr)
-
-
-def _print(report: dict[str, Any]) -> None:
-    if report["collisions"]:
-        print(
-            f"{counted(report['collisions'], 'collision')}, {report['films']} with their outlines"
-        )
 
 
 def _target(out: str | None, overwrite: bool) -> Path:

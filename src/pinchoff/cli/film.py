@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,6 +12,7 @@ from pinchoff.cli.laboratory import LaboratoryOptions
 from pinchoff.cli.options import OUTPUT, AsJson, Overwrite, Seed, argument, grouped, option
 from pinchoff.cli.output import announce, bar, counted_off, warn
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.files import read_toml
 from pinchoff.support.locks import held_file
 from pinchoff.support.numerals import counted
 
@@ -49,18 +51,16 @@ def film(
 
     pinchoff film phase-diagram --most 40 --out clip.mp4
     """
-    import math
-
     from pinchoff.video.encounters import PAPER_LABORATORY
+    from pinchoff.video.microscope import Microscope, lane_scene, truth_of
     from pinchoff.video.microscope import film as write_film
-    from pinchoff.video.microscope import lane_scene, truth_of
 
     with held_file(out, "--out"):
         require_new_file("--out", out, truth_of(out), overwrite=overwrite)
         if most < 1:
             raise InputError.of("--most", "1 or more", most, "choose how many collisions to show")
         laboratory = PAPER_LABORATORY.replace(**experiment.values())
-        microscope = _microscope(look, seed)
+        microscope = Microscope(**{"seed": seed, **({} if look is None else read_toml(look))})
         passages = _passages(sweep, most, microscope, laboratory)
         scene, frame_count = lane_scene(passages, microscope, angle=math.radians(angle), seed=seed)
         with bar("film", frame_count, "frames") as show:
@@ -75,14 +75,6 @@ def film(
     counts = {"frames": made.frame_count, "collisions": len(made.collisions)}
     words = f"{counted(made.frame_count, 'frame')}, {counted(len(made.collisions), 'collision')}"
     announce(counts, lambda: print(words), (made.clip, made.truth), as_json=as_json)
-
-
-def _microscope(look: Path | None, seed: int) -> Microscope:
-    from pinchoff.support.files import read_toml
-    from pinchoff.video.microscope import Microscope
-
-    table = {} if look is None else read_toml(look)
-    return Microscope(**{"seed": seed, **table})
 
 
 def _passages(

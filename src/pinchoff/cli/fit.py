@@ -15,7 +15,6 @@ from pinchoff.support.numerals import counted
 from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
-    from pinchoff.collisions.importing import ImportedCollisions
     from pinchoff.figures.html_page import Picture
     from pinchoff.fits.law_study import LawStudy
 
@@ -91,34 +90,35 @@ def fit(
     pinchoff fit mine.csv --map symmetry=S_meas --unit area=mm^2 \
     --constant 'viscosity=48 mPa s' --free area --free thickness
     """
+    from pinchoff.fits.law_study import study_law
+
     collisions = reading.read(table)
     for message in collisions.messages():
         warn(message)
     with results.held_for(_FILES) as folder:
-        study = _studied(
-            collisions,
-            free=tuple(free or ()),
-            symmetry_noise=symmetry_noise,
-            confidence=confidence,
-            samples=samples,
-            fraction=fraction,
-            seed=seed,
-        )
+        with (
+            named_as_options(
+                *("free", "symmetry_noise", "confidence", "samples", "fraction", "seed"),
+                table="TABLE",
+            ),
+            bar("bootstrap", samples) as show,
+        ):
+            study = study_law(
+                collisions,
+                free=tuple(free or ()),
+                symmetry_noise=symmetry_noise,
+                confidence=confidence,
+                samples=samples,
+                fraction=fraction,
+                seed=seed,
+                progress=show,
+            )
         remove_results(folder, _FILES)
         report = versioned(study.to_dict())
         write_json(folder / LAW, report)
         _write(study, table.name, folder)
         files = (folder / name for name in _FILES)
         results.announce(report, lambda: _print(study), files)
-
-
-def _studied(collisions: ImportedCollisions, **options: object) -> LawStudy:
-    from pinchoff.fits.law_study import study_law
-
-    samples = options["samples"]
-    assert isinstance(samples, int)
-    with named_as_options(*options, table="TABLE"), bar("bootstrap", samples) as show:
-        return study_law(collisions, progress=show, **options)  # type: ignore[arg-type]
 
 
 def _write(study: LawStudy, source: str, folder: Path) -> None:

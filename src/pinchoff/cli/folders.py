@@ -69,13 +69,8 @@ class Results(ResultsFolder):
         """Hold the folder for files of some names; those that exist are refused or replaced.
 
         Earlier results stay: `remove_results` removes them once the new ones are there to be
-        written.
-
-        Parameters
-        ----------
-        names : sequence of str
-        found : callable, optional
-            Says of the folder what it holds, for the error; by default the name of the first file.
+        written. `found` says of the folder what it holds, for the error; by default the name of the
+        first file is said.
         """
         with self.held() as folder:
             present = next((name for name in names if os.path.lexists(folder / name)), None)
@@ -107,14 +102,7 @@ def require_new_file(option: str, *files: Path, overwrite: bool) -> None:
 
 
 def remove_results(out: Path, results: Iterable[str]) -> None:
-    """Remove earlier results, so that none of them stands beside new ones.
-
-    Parameters
-    ----------
-    out : Path
-    results : iterable of str
-        Names of files, or patterns of them; what does not exist is passed over.
-    """
+    """Remove earlier results, by names or patterns, so that none stands beside new ones."""
     for pattern in results:
         for path in out.glob(pattern):
             path.unlink()

@@ -1,21 +1,14 @@
-"""Options of the commands on films: what a camera does not see."""
+"""The laboratory's quantities as options: numbers with their units."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pinchoff.cli.options import flag_of, option
+from pinchoff.cli.options import named_as_options, option
+from pinchoff.support.quantities import SCALE_QUANTITIES, physical_magnitude
 
 EXPERIMENT = "Experiment, with units"
-
-_FIELDS = {
-    "obstacle_radius": ("obstacle_radius_um", "um"),
-    "thickness": ("thickness_um", "um"),
-    "viscosity": ("viscosity_mPa_s", "mPa*s"),
-    "surface_tension": ("surface_tension_mN_m", "mN/m"),
-}
-"""Field of `Laboratory` and unit of every quantity."""
 
 
 def quantity(meaning: str, example: str, panel: str = EXPERIMENT, **more: str) -> Any:
@@ -27,17 +20,16 @@ def quantity(meaning: str, example: str, panel: str = EXPERIMENT, **more: str) -
 class LaboratoryOptions:
     """The obstacles, the chamber, the fluid and the interface."""
 
-    obstacle_radius: Annotated[str | None, quantity("Obstacles, R", "85 um")] = None
+    obstacle_radius: Annotated[str | None, quantity("Obstacle, R", "85 um")] = None
     thickness: Annotated[str | None, quantity("Chamber, z", "85 um")] = None
     viscosity: Annotated[str | None, quantity("Fluid, μ", "48 mPa s")] = None
     surface_tension: Annotated[str | None, quantity("Interface, γ", "20 mN/m")] = None
 
     def values(self) -> dict[str, float]:
         """Return what is given, by the fields of `Laboratory` and in their units."""
-        from pinchoff.support.units import positive_magnitude_of
-
         given = {name: text for name, text in vars(self).items() if text is not None}
-        return {
-            _FIELDS[name][0]: positive_magnitude_of(flag_of(name), text, _FIELDS[name][1])
-            for name, text in given.items()
-        }
+        with named_as_options(*given):
+            return {
+                SCALE_QUANTITIES[name].field: physical_magnitude(name, text)
+                for name, text in given.items()
+            }

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import fields, is_dataclass
 from typing import Annotated, Any, get_type_hints
@@ -73,10 +73,10 @@ def grouped(**defaults: Any) -> Callable[[Callable[..., None]], Callable[..., No
     in the help where the group stands in the signature. Fields that have no default of their own
     get one here.
     """
-    return lambda command: _ungrouped(command, defaults)
+    return functools.partial(_ungrouped, defaults)
 
 
-def _ungrouped(command: Callable[..., None], defaults: dict[str, Any]) -> Callable[..., None]:
+def _ungrouped(defaults: Mapping[str, Any], command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that takes the options of its groups one by one."""
     parameters: list[inspect.Parameter] = []
     groups: dict[str, Any] = {}

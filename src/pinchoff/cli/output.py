@@ -80,18 +80,9 @@ def counted_off(label: str, items: Sequence[Item], unit: str) -> Iterator[Item]:
 def announce(
     report: Mapping[str, Any], tell: Callable[[], object], files: Iterable[Path], *, as_json: bool
 ) -> None:
-    """Say what came of a command, as JSON or in words, and name the files that there are.
+    """Say what came of a command, as JSON or in the words that `tell` prints.
 
-    Parameters
-    ----------
-    report : mapping
-        The JSON.
-    tell : callable
-        Prints the words.
-    files : iterable of Path
-        Those that exist are named: on stdout, beside JSON on stderr.
-    as_json : bool
-        Whether to print the JSON.
+    Then those of the files that exist are named: on stdout, beside JSON on stderr.
     """
     if as_json:
         print(json_text(report), end="")
@@ -109,21 +100,7 @@ def print_table(
     left: Collection[int] = (0,),
     title: str | None = None,
 ) -> None:
-    """Print a table.
-
-    Parameters
-    ----------
-    headings : sequence of n str
-        One for each column.
-    rows : iterable of sequence of n str
-    left : collection of int, optional
-        Columns of words, which are aligned to the left; all others are of numbers.
-    title : str, optional
-
-    Examples
-    --------
-    >>> print_table(("result", "value"), [("symmetry", "0.78")])  # doctest: +SKIP
-    """
+    """Print a table; columns in `left` are words, aligned to the left, all others numbers."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

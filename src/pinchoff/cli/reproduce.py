@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,8 +11,6 @@ from pinchoff.cli.output import bar, warn
 from pinchoff.cli.table_options import TableOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from pinchoff.paper import Reproduction
 
 PAGE = "report.html"
@@ -64,26 +61,23 @@ def reproduce(
     with results.resumed() as folder:
         if results.overwrite:
             remove_reproduction(folder)
-        with named_as_options("out", "only", "seed"), _figure_bar() as show:
+        with named_as_options("out", "only", "seed"), bar("", unit="items") as show:
             made = remake(
-                folder, only=names, quick=quick, seed=seed, experiment=table, progress=show
+                folder,
+                only=names,
+                quick=quick,
+                seed=seed,
+                experiment=table,
+                progress=None
+                if show is None
+                else lambda name, done, total: show(done, total, _title(name)),
             )
         reproduction_page(made).write(folder / PAGE)
     results.announce(made.to_dict(), lambda: _print(made), [folder / PAGE])
 
 
-@contextmanager
-def _figure_bar() -> Iterator[Callable[[str, int, int], object] | None]:
-    """Show on stderr how much is made, and what is being made, where that is a terminal."""
-    with bar("", unit="items") as show:
-        if show is None:
-            yield None
-            return
-
-        def move(name: str, done: int, total: int) -> None:
-            show(done, total, name if name == "numbers" else f"figure {name}")
-
-        yield move
+def _title(name: str) -> str:
+    return name if name == "numbers" else f"figure {name}"
 
 
 def _print(made: Reproduction) -> None:

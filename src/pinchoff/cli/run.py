@@ -12,16 +12,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pinchoff.cli.folders import Results, remove_results
+from pinchoff.cli.laboratory import LaboratoryOptions, quantity
 from pinchoff.cli.model_options import ModelFileOptions, changed, set_option
 from pinchoff.cli.options import MODEL, OUTPUT, grouped, option, switch
 from pinchoff.cli.output import bar, print_collision
+from pinchoff.model.parameters import Parameters
 from pinchoff.model.run_files import OUTLINES
 from pinchoff.model.run_files import REPORT as RESULTS
 from pinchoff.support.errors import InputError, SimulationError
+from pinchoff.support.quantities import SCALE_QUANTITIES
 from pinchoff.support.records import write_json
 
 if TYPE_CHECKING:
-    from pinchoff.model.parameters import Parameters
     from pinchoff.model.results import Collision
 
 FORMATS = ("png", "pdf", "svg")
@@ -29,20 +31,13 @@ SNAPSHOTS = tuple(f"snapshots.{name}" for name in FORMATS)
 MOVIE, GIF = "movie.mp4", "movie.gif"
 _FILES = (RESULTS, OUTLINES, *SNAPSHOTS, MOVIE, GIF)
 
-_PHYSICAL = "Physical quantities, with their units"
-
 
 def _number(meaning: str, default: str, takes: str = "NUMBER") -> Any:
     return option(takes, meaning, default=default, panel=MODEL)
 
 
-def _quantity(meaning: str, example: str) -> Any:
-    meaning = f"{meaning}, as '{example}'"
-    return option("QUANTITY", meaning, panel=_PHYSICAL)
-
-
 @dataclass(frozen=True)
-class CollisionOptions(ModelFileOptions):
+class CollisionOptions(LaboratoryOptions, ModelFileOptions):
     """The parameters of a collision: a preset or a file, and what is changed of it."""
 
     size_ratio: Annotated[str | None, _number("D0/R, droplet over obstacle", "5.66")] = None
@@ -56,23 +51,13 @@ class CollisionOptions(ModelFileOptions):
     constants: Annotated[
         list[str] | None, set_option("NAME=VALUE", "Any other parameter, as line_tension=60")
     ] = None
-    diameter: Annotated[str | None, _quantity("Droplet, D0", "481 um")] = None
-    obstacle_radius: Annotated[str | None, _quantity("Obstacle, R", "85 um")] = None
-    speed: Annotated[str | None, _quantity("Fluid, v", "1 mm/s")] = None
-    viscosity: Annotated[str | None, _quantity("Fluid, μ", "48 mPa s")] = None
-    surface_tension: Annotated[str | None, _quantity("Interface, γ", "20 mN/m")] = None
-    thickness: Annotated[str | None, _quantity("Chamber, z", "85 um")] = None
+    diameter: Annotated[str | None, quantity("Droplet, D0", "481 um")] = None
+    speed: Annotated[str | None, quantity("Fluid, v", "1 mm/s")] = None
 
     def parameters(self) -> tuple[Parameters, str]:
         """Return what the file and the options say, and the preset's name."""
         base, preset = super().parameters()
-        quantities = {
-            name: getattr(self, name)
-            for name in (
-                *("diameter", "obstacle_radius", "speed"),
-                *("viscosity", "surface_tension", "thickness"),
-            )
-        }
+        quantities = {name: getattr(self, name) for name in SCALE_QUANTITIES}
         numbers = {"size_ratio": self.size_ratio, "simulation_capillary_number": self.capillary}
         (quantities if _has_unit(self.offset) else numbers)["offset"] = self.offset
         return changed(base, _given(numbers), self.constants or [], _given(quantities)), preset

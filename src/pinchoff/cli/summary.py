@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,11 +62,9 @@ def _print(found: Summary) -> None:
     counts = [(outcome, str(count)) for outcome, count in found.outcomes.most_common()]
     reasons = [(f"rejected: {name}", str(n)) for name, n in found.reasons.most_common()]
     print_table(("outcome", "rows"), [*counts, *reasons])
-    print_table(("column", "from", "to", "unit", "measured in"), _range_rows(found), left=(0, 3, 4))
-
-
-def _range_rows(found: Summary) -> Iterator[tuple[str, ...]]:
+    ranges = []
     for name, (low, high, measured) in found.ranges.items():
         unit = found.units.get(name, "")
         where = "" if measured == found.rows else counted(measured, "row")
-        yield name, f"{low:.5g}", f"{high:.5g}", "" if unit == "1" else unit, where
+        ranges.append((name, f"{low:.5g}", f"{high:.5g}", "" if unit == "1" else unit, where))
+    print_table(("column", "from", "to", "unit", "measured in"), ranges, left=(0, 3, 4))

@@ -102,7 +102,7 @@ class VideoOptions:
     def settings(self, laboratory: LaboratoryOptions) -> VideoSettings:
         """Return what a file and the command line say together; the command line overrides."""
         from pinchoff.support.files import read_toml
-        from pinchoff.support.units import positive_magnitude_of
+        from pinchoff.support.units import magnitude_of
         from pinchoff.video.settings import VideoSettings
 
         table: dict[str, Any] = {} if self.config is None else read_toml(self.config)
@@ -112,7 +112,7 @@ class VideoOptions:
             raise InputError.of(place, "a table", known, advice)
         for name in ("pixel_size", "minimum_diameter", "contact_distance"):
             if (text := getattr(self, name)) is not None:
-                table[f"{name}_um"] = positive_magnitude_of(flag_of(name), text, "um")
+                table[f"{name}_um"] = magnitude_of(flag_of(name), text, "um", positive=True)
         if self.fps is not None:
             table["fps"] = read_value("--fps", self.fps)
         if self.crop is not None:

@@ -88,22 +88,13 @@ WORDS = ("broke", "accepted", "reject_reason", "source", "collision_id")
 """What can be imported beside numbers."""
 
 
-# How a column's name may end to tell its unit.
+# How a column's name may end to tell its unit: as ``_mN_m`` for mN/m.
 _SUFFIXES = {
-    "um": "um",
-    "mm": "mm",
-    "m": "m",
-    "um2": "um^2",
-    "mm2": "mm^2",
-    "um_s": "um/s",
-    "mm_s": "mm/s",
-    "m_s": "m/s",
-    "mPa_s": "mPa*s",
-    "Pa_s": "Pa*s",
-    "mN_m": "mN/m",
-    "N_m": "N/m",
-    "ms": "ms",
-    "s": "s",
+    re.sub("[/*]", "_", unit.replace("^", "")): unit
+    for unit in (
+        *("um", "mm", "m", "um^2", "mm^2", "um/s", "mm/s", "m/s"),
+        *("mPa*s", "Pa*s", "mN/m", "N/m", "ms", "s"),
+    )
 }
 
 
@@ -122,11 +113,7 @@ def find_columns(
 ) -> dict[str, Place]:
     """Find the column of every quantity and word that a table has.
 
-    Parameters
-    ----------
-    frame : DataFrame
-    columns, units : mapping of str to str
-        As of `pinchoff.import_collisions`.
+    `columns` and `units` are as of `pinchoff.import_collisions`.
 
     Raises
     ------

@@ -16,11 +16,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinchoff.collisions.cells import constant_of, numbers_of
+from pinchoff.collisions.cells import RowChecks, constant_of, numbers_of
 from pinchoff.collisions.columns import QUANTITIES, Place, find_columns
 from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reading import read_table
-from pinchoff.collisions.row_checks import RowChecks
 from pinchoff.collisions.schema import measured_table, synthetic
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.drawing import Drawable

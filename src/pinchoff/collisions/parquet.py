@@ -60,11 +60,6 @@ class TableWriter(HoldsFiles):
     """Write a Parquet file as its rows come, with units and meanings; few are held at a time.
 
     It is entered while it writes. As it is left the file is there, whole, or not at all.
-
-    Parameters
-    ----------
-    target : Path or pyarrow.NativeFile
-    columns : sequence of Column
     """
 
     def __init__(self, target: Path | pa.NativeFile, columns: Sequence[Column]) -> None:
@@ -105,14 +100,7 @@ class TableWriter(HoldsFiles):
 
 
 def parquet_bytes(columns: Mapping[str, NDArray[Any]], schema: Sequence[Column]) -> bytes:
-    """Return a table as a Parquet file.
-
-    Parameters
-    ----------
-    columns : mapping of str to ndarray, shape (rows,)
-        Every column of the schema.
-    schema : sequence of Column
-    """
+    """Return a table, an array of shape (rows,) for every column of the schema, as Parquet."""
     sink = pa.BufferOutputStream()
     with TableWriter(sink, schema) as table:
         table.append_columns(columns)
@@ -124,13 +112,8 @@ def write_table(
 ) -> None:
     """Write a table, complete or not at all.
 
-    Parameters
-    ----------
-    frame : DataFrame
-    path : path
-        Its suffix chooses the format: ``.parquet``, with units and meanings; or ``.csv``.
-    columns : sequence of Column
-        What the columns are, in the order of the file; those that the frame lacks are left out.
+    The suffix chooses the format: ``.parquet``, with units and meanings; or ``.csv``. Columns stand
+    in the order of `columns`; those that the frame lacks are left out.
 
     Raises
     ------
@@ -156,15 +139,9 @@ def write_table(
 def write_collisions(
     frame: pd.DataFrame, path: str | os.PathLike[str], more: Sequence[Column] = ()
 ) -> None:
-    """Write a table of collisions, as `write_table`.
+    """Write a table of collisions, as `write_table`; `more` says what further columns are.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        With `SHARED_COLUMNS`, and any others of `COLUMNS`. Numbers that it lacks were not measured.
-    path : path
-    more : sequence of Column, optional
-        What further columns of the frame are.
+    Numbers of `SHARED_COLUMNS` that it lacks were not measured.
     """
     lacking = {
         c.name: np.nan for c in SHARED_COLUMNS if c.dtype == "float64" and c.name not in frame

@@ -35,6 +35,7 @@ SPREADSHEETS = (".xlsx", ".xlsm")
 MOST_BYTES = 256_000_000
 """Size of a text table."""
 
+_MOST_REMARKS = 1000  # lines above the header
 _DECIMAL_COMMA = re.compile(r"(?:^|[;\t])\s*-?\d+,\d+\s*(?:[;\t]|$)", re.M)
 _MARKS = (  # the longer first: that of UTF-32 begins like that of UTF-16
     (codecs.BOM_UTF8, "utf-8-sig"),
@@ -126,13 +127,9 @@ def _require_of_kind(name: str, value: object, kind: str, fits: bool) -> None:
 
 def _read_text(source: Path, header_row: int | None, encoding: str | None) -> pd.DataFrame:
     text = _decoded(source, encoding)
-    lines = _first_lines(text)
     require_row(header_row, text.count("\n") + 1)
-    if header_row is None:
-        top = next((k for k, line in enumerate(lines) if not _is_remark(line)), len(lines))
-    else:
-        top = header_row - 1
-        lines = text.split("\n", top + LOOKED_AT)[: top + LOOKED_AT]
+    top = _remarks(text) if header_row is None else header_row - 1
+    lines = text.split("\n", top + LOOKED_AT)[: top + LOOKED_AT]
     separator, rows, start = _separated(lines[top:], None if header_row is None else 0)
     names, above = rows[start] if rows else [], start > 0
     if header_row is None and top and start == 0 and any(map(is_number, names)):
@@ -218,15 +215,11 @@ def _guessed(data: bytes, name: str) -> str:
         return text
 
 
-def _first_lines(text: str) -> list[str]:
-    """Return the lines up to some beyond the remarks at the top."""
-    lines = text.split("\n", 1000)[:1000]
-    remarks = next((k for k, line in enumerate(lines) if not _is_remark(line)), len(lines))
-    return lines[: remarks + LOOKED_AT]
-
-
-def _is_remark(line: str) -> bool:
-    return not line.strip() or line.startswith("#")
+def _remarks(text: str) -> int:
+    """Return how many lines at the top are empty or remarks."""
+    lines = text.split("\n", _MOST_REMARKS)[:_MOST_REMARKS]
+    remarks = (not line.strip() or line.startswith("#") for line in lines)
+    return next((k for k, remark in enumerate(remarks) if not remark), len(lines))
 
 
 def _separated(lines: Sequence[str], header: int | None) -> tuple[str, list[list[str]], int]:
@@ -238,7 +231,7 @@ def _separated(lines: Sequence[str], header: int | None) -> tuple[str, list[list
         names = rows[start] if rows else []
         # Names come before numbers: there a comma may stand for the decimals.
         score = (len(names) - 1) * (0.001 if any(map(is_number, names)) else 1.0)
-        best = max(best, (score, separator, rows, start), key=lambda each: each[0])
+        best = max(best, (score, separator, rows, start), key=lambda found: found[0])
     return best[1:]
 
 

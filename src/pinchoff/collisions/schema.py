@@ -30,6 +30,8 @@ class Column(NamedTuple):
     meaning : str
     categories : tuple of str
         Every value that a column of type "category" can have.
+    shared : bool
+        Whether every table has it, wherever its collisions come from; the others only a simulation.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Column(NamedTuple):
     dtype: str
     meaning: str
     categories: tuple[str, ...] = ()
+    shared: bool = False
 
 
 def measure_column(name: str, unit: str, meaning: str) -> Column:
@@ -49,6 +52,10 @@ def count_column(name: str, meaning: str) -> Column:
     return Column(name, "1", "int64", meaning)
 
 
+def _shared(name: str, unit: str, meaning: str, dtype: str = "float64") -> Column:
+    return Column(name, unit, dtype, meaning, shared=True)
+
+
 CA_SPEEDS = ("far", "contact")
 """Speeds that Ca is made with."""
 
@@ -56,38 +63,34 @@ OUTCOMES = ("slipped", "broke", "captured", "failed")
 """What can come of a run, in the order of the core's codes."""
 
 COLUMNS: tuple[Column, ...] = (
-    Column("source", "", "str", "where the collision comes from, such as 'simulation'"),
-    count_column("collision_id", "number of the collision within its source, from 0"),
+    _shared("source", "", "where the collision comes from, such as 'simulation'", "str"),
+    _shared("collision_id", "1", "number of the collision within its source, from 0", "int64"),
     # What was set
     measure_column("size_ratio", "1", "D0/R"),
     measure_column("simulation_capillary_number", "1", "Ca_sim, line tension against drag"),
     measure_column("offset", "D0", "start y of the droplet relative to the obstacle's centre"),
     # The groups of the break-up law
-    measure_column(
-        "capillary_number", "1", "Ca = μv/γ; of simulations as ca_per_ca_sim and ca_speed say"
-    ),
+    _shared("capillary_number", "1", "Ca = μv/γ; of simulations as ca_per_ca_sim and ca_speed say"),
     measure_column("ca_per_ca_sim", "1", "Ca/Ca_sim that was assumed"),
     Column("ca_speed", "", "category", "speed in Ca: v_f∞, or at first contact", CA_SPEEDS),
-    measure_column("normalized_area", "1", "Ã = A/R²"),
-    measure_column("normalized_thickness", "1", "z̃ = z/R"),
-    measure_column("symmetry", "1", "S at first contact"),
-    measure_column(
-        "breakup_number", "1", "Bk, from the separating line of the paper's simulations"
-    ),
+    _shared("normalized_area", "1", "Ã = A/R²"),
+    _shared("normalized_thickness", "1", "z̃ = z/R"),
+    _shared("symmetry", "1", "S at first contact"),
+    _shared("breakup_number", "1", "Bk, from the separating line of the paper's simulations"),
     # What happened
     Column("outcome", "", "category", "what came of it", OUTCOMES),
-    Column("broke", "", "boolean", "whether the droplet broke; missing where a run failed before"),
-    Column("accepted", "", "bool", "whether the row is fit for use"),
-    Column("reject_reason", "", "str", "why it is not; empty when accepted"),
+    _shared("broke", "", "whether the droplet broke; missing where a run failed before", "boolean"),
+    _shared("accepted", "", "whether the row is fit for use", "bool"),
+    _shared("reject_reason", "", "why it is not; empty when accepted", "str"),
     # First contact
-    measure_column("impact_parameter", "D0", "b at first contact"),
-    measure_column("speed", "v_f∞", "speed of the droplet's centre of mass at first contact"),
+    _shared("impact_parameter", "D0", "b at first contact"),
+    _shared("speed", "v_f∞", "speed of the droplet's centre of mass at first contact"),
     measure_column("contact_time", "t0", "time of the first contact"),
     measure_column("contact_speed", "v_f∞", "the same as speed"),
     measure_column("contact_area", "D0²", "area at first contact"),
     measure_column("contact_shape_parameter", "1", "𝒜 = P²/(4πA) at first contact"),
     # Deformation and break-up
-    measure_column("neck_thickness", "D0", "thinnest neck from first contact on"),
+    _shared("neck_thickness", "D0", "thinnest neck from first contact on"),
     measure_column("minimum_neck", "D0", "the same as neck_thickness"),
     measure_column("maximum_shape_parameter", "1", "largest 𝒜 after contact, before any break-up"),
     measure_column(
@@ -95,9 +98,7 @@ COLUMNS: tuple[Column, ...] = (
         "1",
         "greatest mean tension of the springs over line tension, as maximum_shape_parameter",
     ),
-    measure_column(
-        "daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"
-    ),
+    _shared("daughter_area_ratio", "1", "smaller over larger daughter of the first break-up"),
     measure_column("small_daughter_area", "D0²", "smaller daughter of the first break-up"),
     measure_column("large_daughter_area", "D0²", "larger daughter of the first break-up"),
     measure_column("breakup_time", "t0", "time of the first break-up"),
@@ -109,52 +110,21 @@ COLUMNS: tuple[Column, ...] = (
     count_column("steps", "time steps taken"),
     count_column("vertex_updates", "vertices times steps"),
     # Physical units, where the scale is known
-    measure_column("contact_time_s", "s", "time of the first contact"),
-    measure_column(
-        "obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"
-    ),
-    measure_column(
-        "obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"
-    ),
-    measure_column("area_um2", "µm²", "area at first contact"),
-    measure_column("speed_mm_s", "mm/s", "speed of the droplet's centre of mass at first contact"),
-    measure_column("neck_um", "µm", "thinnest neck from first contact on"),
-    measure_column("obstacle_radius_um", "µm", "R"),
-    measure_column("thickness_um", "µm", "z of the chamber"),
-    measure_column("viscosity_mPa_s", "mPa s", "dynamic viscosity of the continuous phase"),
-    measure_column("surface_tension_mN_m", "mN/m", "surface tension"),
+    _shared("contact_time_s", "s", "time of the first contact"),
+    _shared("obstacle_x_um", "µm", "obstacle's centre in the image; origin top left, x right"),
+    _shared("obstacle_y_um", "µm", "obstacle's centre in the image; origin top left, y down"),
+    _shared("area_um2", "µm²", "area at first contact"),
+    _shared("speed_mm_s", "mm/s", "speed of the droplet's centre of mass at first contact"),
+    _shared("neck_um", "µm", "thinnest neck from first contact on"),
+    _shared("obstacle_radius_um", "µm", "R"),
+    _shared("thickness_um", "µm", "z of the chamber"),
+    _shared("viscosity_mPa_s", "mPa s", "dynamic viscosity of the continuous phase"),
+    _shared("surface_tension_mN_m", "mN/m", "surface tension"),
 )
 """The columns in their order."""
 
-_SHARED = (
-    "source",
-    "collision_id",
-    "capillary_number",
-    "normalized_area",
-    "normalized_thickness",
-    "symmetry",
-    "breakup_number",
-    "broke",
-    "accepted",
-    "reject_reason",
-    "impact_parameter",
-    "speed",
-    "neck_thickness",
-    "daughter_area_ratio",
-    "contact_time_s",
-    "obstacle_x_um",
-    "obstacle_y_um",
-    "area_um2",
-    "speed_mm_s",
-    "neck_um",
-    "obstacle_radius_um",
-    "thickness_um",
-    "viscosity_mPa_s",
-    "surface_tension_mN_m",
-)
-
-SHARED_COLUMNS: tuple[Column, ...] = tuple(c for c in COLUMNS if c.name in _SHARED)
-"""What every table has, wherever its collisions come from; the others only a simulation has."""
+SHARED_COLUMNS: tuple[Column, ...] = tuple(c for c in COLUMNS if c.shared)
+"""What every table has."""
 
 SYNTHETIC = "synthetic"
 """How the source of a row begins that was neither simulated nor measured, but drawn."""
@@ -174,17 +144,8 @@ def units() -> dict[str, str]:
 def table(parts: Sequence[Mapping[str, NDArray[Any]]], more: Sequence[Column] = ()) -> pd.DataFrame:
     """Join columns, given in parts, to a table with the units in ``attrs["units"]``.
 
-    Parameters
-    ----------
-    parts : sequence of mapping of str to ndarray, shape (rows of the part,)
-        Every part holds every column of `COLUMNS` and of `more`.
-    more : sequence of Column, optional
-        Further columns, which stand behind these.
-
-    Returns
-    -------
-    DataFrame
-        The rows of the parts in their order; no rows without parts.
+    Every part holds arrays, shape (rows of the part,), of all `COLUMNS` and of `more`, which stand
+    behind these. No rows without parts.
     """
     joined = {
         column.name: np.concatenate([part[column.name] for part in parts]) if parts else np.empty(0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 import zipfile
-from collections.abc import Iterable
 from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,13 +34,8 @@ MOST_CELLS = 5_000_000
 def read_spreadsheet(source: Path, sheet: str | None, header_row: int | None) -> pd.DataFrame:
     """Read a sheet, with the units of a row below the header in ``attrs["unit_row"]``.
 
-    Parameters
-    ----------
-    source : path
-    sheet : str or None
-        Its name; by default the first that holds a table.
-    header_row : int or None
-        The row that names the columns, from 1; by default it is found out.
+    By default it is the first sheet that holds a table, and the row that names its columns, counted
+    from 1, is found out.
 
     Raises
     ------
@@ -154,22 +148,15 @@ def _frame(rows: list[Row], start: int, *, announced: bool) -> pd.DataFrame:
     if announced:
         announce_header(start + 1, units is not None, above=any(map(_filled, rows[:start])))
     body = below[1:] if units else below
-    columns = _columns(body, width)
-    series = map(pd.Series, columns)
-    frame = pd.DataFrame(dict(zip(names, series, strict=True)))
+    cells = [
+        [None if is_empty(cell) else cell for cell, _ in zip_longest(row[:width], names)]
+        for row in body
+        if _filled(row)
+    ]
+    frame = pd.DataFrame(cells, columns=names)
     frame.attrs["unit_row"] = units or {}
     return frame
 
 
 def _filled(row: Row) -> bool:
     return not all(map(is_empty, row))
-
-
-def _columns(rows: Iterable[Row], width: int) -> list[list[Any]]:
-    columns: list[list[Any]] = [[] for _ in range(width)]
-    for row in rows:
-        if _filled(row):
-            for k, column in enumerate(columns):
-                cell = row[k] if k < len(row) else None
-                column.append(None if is_empty(cell) else cell)
-    return columns

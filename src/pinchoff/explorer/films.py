@@ -106,7 +106,7 @@ def _film_of(outlines: Outlines, row: dict[str, Any]) -> dict[str, Any] | None:
 
 def _last_time(outlines: Outlines, row: dict[str, Any]) -> float:
     """Return when the collision is over: the break-up, or the droplet's last record."""
-    if row["breakup_time_s"] == row["breakup_time_s"]:
+    if not math.isnan(row["breakup_time_s"]):
         return float(row["breakup_time_s"])
     own = outlines.frame[outlines.droplet_id == row["track_id"]]
     return float(outlines.times[own].max()) if len(own) else float(row["contact_time_s"])

@@ -20,6 +20,9 @@ MOST_ROWS = 20_000
 
 _DIGITS = 6  # significant digits of a number in the page
 
+#: Columns that repeat others, or tell of the computation.
+_HIDDEN = ("minimum_neck", "contact_speed", "steps", "vertex_updates")
+
 LAW = "law.json"
 RUN = "collision.json"
 TABLE = "collisions.parquet"
@@ -67,7 +70,7 @@ def own_data(
         frame = _of_run(place)
         films = simulated_film(place)
     elif (place / TABLE).is_file() or (place / LAW).is_file():
-        frame, words = _thinned(*_of_results(place))
+        frame, words = _thinned(_of_results(place), [])
         lines = _fitted_line(place)
         if (place / "clips").is_dir():
             from pinchoff.explorer.films import filmed
@@ -88,17 +91,13 @@ def own_data(
     }
 
 
-_HIDDEN = ("minimum_neck", "contact_speed", "steps", "vertex_updates")
-"""Columns that repeat others, or tell of the computation."""
-
-
-def _of_results(folder: Path) -> tuple[pd.DataFrame, list[str]]:
+def _of_results(folder: Path) -> pd.DataFrame:
     from pinchoff.collisions.parquet import read_collisions
 
     if not (folder / TABLE).is_file():
         got, advice = f"a fit without {TABLE}", "give the table that was fitted"
         raise InputError.of(str(folder), "a folder with collisions", got, advice)
-    return read_collisions(folder / TABLE), []
+    return read_collisions(folder / TABLE)
 
 
 def _of_run(folder: Path) -> pd.DataFrame:

@@ -24,7 +24,6 @@ FOLDER_PAGE = "explore.html"
 LINK = "Explore these collisions: filter, see them move, simulate each beside its film"
 """What leads from other pages to it."""
 
-
 NO_PAGE = (
     "The page to explore these collisions is left out: this installation came without it. "
     "`make explorer` in a clone builds it, and every release has it."
@@ -43,7 +42,7 @@ def explorer_page(own: Mapping[str, Any] | None = None) -> str:
     Parameters
     ----------
     own : mapping, optional
-        A user's collisions, as `pinchoff.explorer.collisions.own_collisions` returns them.
+        A user's collisions, as `pinchoff.explorer.own_data.own_data` returns them.
 
     Raises
     ------
@@ -58,19 +57,16 @@ def explorer_page(own: Mapping[str, Any] | None = None) -> str:
             "run `make explorer` in the clone and install it again, or install a released wheel",
         )
     html = resources.files(__package__).joinpath(BUILT).read_text(encoding="utf-8")
-    before, facts_mark, rest = html.partition("{{facts}}")
-    middle, own_mark, after = rest.partition("{{own}}")
+    before, rest = html.split("{{facts}}")
+    middle, after = rest.split("{{own}}")
     from pinchoff.explorer.facts import facts
 
-    assert facts_mark
-    assert own_mark
     return "".join((before, _embedded(facts()), middle, _embedded(own), after))
 
 
 def write_explorer(path: str | os.PathLike[str], own: Mapping[str, Any] | None = None) -> None:
     """Write the page, complete or not at all; as `explorer_page`."""
-    text = explorer_page(own)
-    write_text(Path(path), text)
+    write_text(Path(path), explorer_page(own))
 
 
 def write_folder_page(folder: Path) -> bool:

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from pinchoff.collisions.law import PAPER_SIMULATION_LINE
 from pinchoff.figures import style
-from pinchoff.figures.plane import logarithmic_axes
+from pinchoff.figures.plane import CRITICAL_SYMMETRY, logarithmic_axes
 from pinchoff.studies.boundary.collapse import Spread, collapse_spread, slopes
 from pinchoff.support.numerals import numeral
 
@@ -46,10 +46,7 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
     spread = collapse_spread(rows)
     slope = slopes(rows)
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.ONE_COLUMN, 5.2)
-            axes = list(figure.subplots(2, 1))
-        above, below = axes
+        above, below = style.panels(axes, style.ONE_COLUMN, 5.2, nrows=2)
         colors = style.ordered_colors(rows["line_tension"])
         for k, (tension, group) in enumerate(rows.groupby("line_tension")):
             fitted = slope.get(float(str(tension)))
@@ -64,7 +61,7 @@ def appendix_c(boundary: Boundary, axes: Sequence[Axes] | None = None) -> list[A
         _finish(below, rows["simulation_capillary_number"], r"$\tilde{\mu}/\tilde{\gamma}$")
         above.legend(title=r"$\tilde{\gamma}$  (slope)", loc="lower left", handletextpad=0.1)
         below.text(0.04, 0.05, _spread_text(spread), transform=below.transAxes, fontsize=7)
-        return list(axes)
+        return [above, below]
 
 
 def _spread_text(spread: Spread) -> str:
@@ -97,5 +94,5 @@ def _finish(axes: Axes, x: pd.Series, label: str, room: float = 1.3) -> None:
     """Scale the axes, with `room` to the left of the points."""
     logarithmic_axes(axes, np.array([x.min() / room, x.max() * 1.3]))
     axes.set_xlabel(label)
-    axes.set_ylabel("critical symmetry $S_c$")
+    axes.set_ylabel(CRITICAL_SYMMETRY)
     axes.set_ylim(0.19, 1.2)

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from pinchoff.figures import style
-from pinchoff.figures.plane import logarithmic_axes
+from pinchoff.figures.plane import CRITICAL_SYMMETRY, logarithmic_axes
 from pinchoff.support.numerals import numeral
 
 if TYPE_CHECKING:
@@ -40,14 +40,12 @@ def area_collapse(boundary: Boundary, axes: Sequence[Axes] | None = None) -> lis
     """
     fits = [boundary.fit(), boundary.fit(free_area=True)]
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.TWO_COLUMNS, 2.9)
-            axes = list(figure.subplots(1, 2, sharey=True))
-        for panel, fit in zip(axes, fits, strict=True):
+        panels = style.panels(axes, style.TWO_COLUMNS, 2.9, ncols=2, sharey=True)
+        for panel, fit in zip(panels, fits, strict=True):
             _draw_collapse(panel, boundary.found, fit)
-        axes[0].set_ylabel("critical symmetry $S_c$")
-        axes[1].legend(title="$D_0/R$", loc="center left", bbox_to_anchor=(1.01, 0.5))
-        return list(axes)
+        panels[0].set_ylabel(CRITICAL_SYMMETRY)
+        panels[1].legend(title="$D_0/R$", loc="center left", bbox_to_anchor=(1.01, 0.5))
+        return panels
 
 
 def _draw_collapse(axes: Axes, rows: pd.DataFrame, fit: LineFit) -> None:

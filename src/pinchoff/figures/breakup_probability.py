@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from numpy.typing import NDArray
 
 from pinchoff.collisions.law import transition_factor
 from pinchoff.figures import style
-from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
+from pinchoff.figures.plane import set_plain_ticks
+from pinchoff.fits.fractions import Fractions, broken_fractions, logarithmic_edges, merged_edges
 from pinchoff.support import palette
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
     from pinchoff.fits import LawFit
 
-_DATA, _LAW, _STEP = palette.BLACK, palette.BLUE, palette.ORANGE
+_LAW, _STEP = palette.BLUE, palette.ORANGE
 _NEAR = (0.3, 3.0)  # Bk of the inset
 _PER_DECADE, _PER_DECADE_NEAR = 6, 20
 _LOWEST = 1e-6  # Bk; below this the droplet has only grazed the obstacle
@@ -65,9 +66,7 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
         inset = axes.inset_axes((0.14, 0.36, 0.42, 0.46))
         _draw(inset, number, broke, fit, logarithmic_edges(*_NEAR, _PER_DECADE_NEAR))
         inset.set_xlim(*_NEAR)
-        inset.xaxis.set_major_locator(FixedLocator([0.3, 1.0, 3.0]))
-        inset.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        inset.xaxis.set_minor_formatter(NullFormatter())
+        set_plain_ticks(inset.xaxis, [0.3, 1.0, 3.0])
         inset.tick_params(labelsize=6)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.19), ncols=2, columnspacing=1.0)
         if fit.synthetic:
@@ -75,37 +74,34 @@ def breakup_probability(table: pd.DataFrame, fit: LawFit, axes: Axes | None = No
         return axes
 
 
+def draw_fractions(axes: Axes, found: Fractions, size: float, label: str) -> None:
+    """Draw shares that broke with their intervals, as points of a size."""
+    reach = np.stack([found.fraction - found.low, found.high - found.fraction])
+    look: Any = {"color": palette.BLACK, "fmt": "o", "ms": size, "lw": 0.7, "label": label}
+    axes.errorbar(found.middle, found.fraction, np.maximum(reach, 0.0), **look)
+
+
 def _draw(
     axes: Axes,
-    number: np.typing.NDArray[np.float64],
-    broke: np.typing.NDArray[np.bool_],
+    number: NDArray[np.float64],
+    broke: NDArray[np.bool_],
     fit: LawFit,
-    edges: np.typing.NDArray[np.float64],
+    edges: NDArray[np.float64],
 ) -> None:
-    found = broken_fractions(number, broke, edges, fit.confidence)
-    reach = np.stack([found.fraction - found.low, found.high - found.fraction])
     axes.set_xscale("log")
     wide = np.geomspace(edges[0], edges[-1], 800)
     axes.plot(wide, wide > 1.0, color=_STEP, lw=1.0, label="step at Bk = 1")
     # Noise in S spreads the data wider than the curve, which is the law of the exact S.
     label = f"law, $w$ = {fit.w.value:.3g}" + (", exact $S$" if fit.symmetry_noise else "")
     axes.plot(wide, fit.probability(wide), color=_LAW, lw=1.4, label=label)
-    axes.errorbar(
-        found.middle,
-        found.fraction,
-        np.maximum(reach, 0.0),
-        color=_DATA,
-        fmt="o",
-        ms=2,
-        lw=0.7,
-        label=f"data, {fit.confidence:.0%}",
-    )
+    found = broken_fractions(number, broke, edges, fit.confidence)
+    draw_fractions(axes, found, 2, f"data, {fit.confidence:.0%}")
     axes.set_xlim(edges[0], edges[-1])
 
 
 def _title(axes: Axes, fit: LawFit) -> None:
     if fit.w.value > 0:
-        text = f"5–95 % within a factor {transition_factor(fit.w.value):.2f} in Bk"
+        factor = f"{transition_factor(fit.w.value):.2f} in Bk"
     else:
-        text = f"5–95 % within a factor {transition_factor(fit.w.high):.3g} in Bk at most"
-    axes.set_title(text, loc="right", fontsize=7)
+        factor = f"{transition_factor(fit.w.high):.3g} in Bk at most"
+    axes.set_title(f"5–95 % within a factor {factor}", loc="right", fontsize=7)

@@ -7,10 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.ticker import FixedLocator, LogLocator
 
 from pinchoff.figures import style
-from pinchoff.figures.plane import logarithmic_axes
+from pinchoff.figures.plane import (
+    CONTROL_PARAMETER,
+    CRITICAL_SYMMETRY,
+    logarithmic_axes,
+    set_plain_ticks,
+)
 from pinchoff.studies.calibration.targets import CollisionsTarget
 from pinchoff.support import palette
 
@@ -66,17 +71,13 @@ def objective_landscape(
             (axes.xaxis, landscape.names[0], landscape.x),
             (axes.yaxis, landscape.names[1], landscape.y),
         ):
-            axis.set_major_locator(FixedLocator(values.tolist()))
-            axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.2g}"))
-            axis.set_minor_formatter(NullFormatter())
+            set_plain_ticks(axis, values.tolist(), ".2g")
             axis.set_tick_params(which="minor", length=0)
-            measured_in = f"{unit}" if name == "neck_separation" else ""
+            measured_in = unit if name == "neck_separation" else ""
             axis.set_label_text(" ".join([_LABELS.get(name, name), measured_in]).strip())
-        figure_of = axes.figure
-        bar = figure_of.colorbar(mesh, ax=axes, label=label)
-        bar.formatter = FuncFormatter(lambda value, _: f"{value:g}")
-        bar.ax.yaxis.set_minor_formatter(NullFormatter())
-        bar.update_ticks()
+        ticks = LogLocator(subs=(1.0, 2.0, 5.0))
+        bar = axes.figure.colorbar(mesh, ax=axes, label=label, ticks=ticks, format="{x:g}")
+        bar.ax.yaxis.set_minor_formatter("")
         return axes
 
 
@@ -113,8 +114,8 @@ def calibrated_line(calibration: Calibration, axes: Axes | None = None) -> Axes:
         logarithmic_axes(axes, wide)
         if axes.get_ylim()[0] < _LOW:
             axes.yaxis.set_major_locator(FixedLocator(_FEW_TICKS))
-        axes.set_xlabel(r"Ca $\tilde{A}\,\tilde{z}$")
-        axes.set_ylabel("critical symmetry $S_c$")
+        axes.set_xlabel(CONTROL_PARAMETER)
+        axes.set_ylabel(CRITICAL_SYMMETRY)
         axes.legend(loc="upper center", bbox_to_anchor=(0.45, -0.17), labelspacing=0.3)
         return axes
 

@@ -81,14 +81,12 @@ def chamber_design(
 
 def shape_patch(shape: BaseGeometry, **look: Any) -> PathPatch:
     """Return a shape given in µm, with its holes, as a patch in mm."""
-    points, codes = [], []
-    for polygon in polygons(shape):
-        for ring in (polygon.exterior, *polygon.interiors):
-            corners = np.asarray(ring.coords)[:, :2] / 1e3
-            points.append(corners)
-            inner = [Outline.LINETO] * (len(corners) - 2)
-            codes += [Outline.MOVETO, *inner, Outline.CLOSEPOLY]
-    return PathPatch(Outline(np.concatenate(points), codes), **look)
+    parts = [
+        Outline(np.asarray(ring.coords)[:, :2] / 1e3, closed=True)
+        for polygon in polygons(shape)
+        for ring in (polygon.exterior, *polygon.interiors)
+    ]
+    return PathPatch(Outline.make_compound_path(*parts), **look)
 
 
 def _wide_panel(bounds: tuple[float, float, float, float], lines: int) -> Axes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import shapely
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pinchoff.figures import style
 from pinchoff.figures.chamber_design import REGION_LOOK, shape_patch
-from pinchoff.figures.plane import logarithmic_axes
+from pinchoff.figures.plane import CONTROL_PARAMETER, CRITICAL_SYMMETRY, logarithmic_axes
 from pinchoff.figures.scene import Window, draw_chamber, draw_droplets
 from pinchoff.model.flow import Flow, stokes
 from pinchoff.support import palette
@@ -34,6 +34,8 @@ _CLOSE_PITCHES = 2.1  # width of the close-up
 _FASTEST = 2.0  # times the mean speed of the imaging area: faster fluid has the last colour
 _MOMENTS = 5
 _LEAST_POINTS = 3  # of a line that is fitted
+
+Floats: TypeAlias = NDArray[np.float64]
 
 
 def chamber_flow(check: FlowCheck) -> list[Axes]:
@@ -83,33 +85,37 @@ def flow_comparison(compared: FlowComparison) -> list[Axes]:
         return axes
 
 
-def _speed(check: FlowCheck, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def _velocity(check: FlowCheck, x: Floats, y: Floats) -> Floats:
     """Return the velocity on a grid, mm/s; NaN outside the fluid. Shape (len(y), len(x), 2)."""
     grid = np.stack(np.meshgrid(x, y), axis=-1)
-    velocity = check.velocity(grid.reshape(-1, 2)).reshape(grid.shape)
+    velocity: Floats = check.velocity(grid.reshape(-1, 2)).reshape(grid.shape)
     fluid = check.chamber.layout.fluid
     shapely.prepare(fluid)
-    inside = shapely.contains_xy(fluid, grid[..., 0], grid[..., 1])
-    velocity[~inside] = np.nan
-    return np.asarray(velocity)
+    velocity[~shapely.contains_xy(fluid, grid[..., 0], grid[..., 1])] = np.nan
+    return velocity
+
+
+def _draw_speed(axes: Axes, check: FlowCheck, x: Floats, y: Floats, velocity: Floats) -> QuadMesh:
+    """Draw the speed on a grid, places in µm."""
+    speed = np.hypot(velocity[..., 0], velocity[..., 1])
+    fastest = _FASTEST * check.imaging_speed_mm_s
+    axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)", aspect="equal")
+    return axes.pcolormesh(
+        x / 1e3, y / 1e3, speed, cmap=palette.ORDERED_MAP, vmin=0, vmax=fastest, rasterized=True
+    )
 
 
 def _draw_device(axes: Axes, check: FlowCheck) -> QuadMesh:
     left, low, right, high = check.chamber.layout.fluid.bounds
     step = (right - left) / _NODES
     x, y = np.arange(left, right, step), np.arange(low, high, step)
-    speed = np.hypot(*np.moveaxis(_speed(check, x, y), -1, 0))
-    fastest = _FASTEST * check.imaging_speed_mm_s
-    mesh = axes.pcolormesh(
-        x / 1e3, y / 1e3, speed, cmap=palette.ORDERED_MAP, vmin=0, vmax=fastest, rasterized=True
-    )
+    mesh = _draw_speed(axes, check, x, y, _velocity(check, x, y))
     axes.add_patch(
         shape_patch(check.chamber.layout.fluid, fill=False, edgecolor=palette.INK, lw=0.3)
     )
     rim = 0.02 * (right - left)
     axes.set(xlim=((left - rim) / 1e3, (right + rim) / 1e3))
-    axes.set(ylim=((low - rim) / 1e3, (high + rim) / 1e3), aspect="equal")
-    axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)")
+    axes.set(ylim=((low - rim) / 1e3, (high + rim) / 1e3))
     return mesh
 
 
@@ -119,12 +125,8 @@ def _draw_close(axes: Axes, check: FlowCheck) -> None:
     half = _CLOSE_PITCHES * pitch / 2
     x = obstacle.x_um + np.linspace(-half, half, 400)
     y = obstacle.y_um + np.linspace(-half, half, 400)
-    velocity = _speed(check, x, y)
-    speed = np.hypot(velocity[..., 0], velocity[..., 1])
-    fastest = _FASTEST * check.imaging_speed_mm_s
-    axes.pcolormesh(
-        x / 1e3, y / 1e3, speed, cmap=palette.ORDERED_MAP, vmin=0, vmax=fastest, rasterized=True
-    )
+    velocity = _velocity(check, x, y)
+    _draw_speed(axes, check, x, y, velocity)
     seeds = np.column_stack([np.full(15, x[1]), np.linspace(y[5], y[-6], 15)])
     axes.streamplot(
         *(x / 1e3, y / 1e3, velocity[..., 0], velocity[..., 1]),
@@ -138,17 +140,19 @@ def _draw_close(axes: Axes, check: FlowCheck) -> None:
     for pillar in check.chamber.layout.pillars:
         place = (pillar.x_um / 1e3, pillar.y_um / 1e3)
         axes.add_patch(Circle(place, pillar.radius_um / 1e3, fc=palette.OBSTACLE, lw=0, zorder=3))
-    axes.set(xlim=(x[0] / 1e3, x[-1] / 1e3), ylim=(y[0] / 1e3, y[-1] / 1e3), aspect="equal")
-    axes.set(xlabel="$x$ (mm)", ylabel="$y$ (mm)")
+    axes.set(xlim=(x[0] / 1e3, x[-1] / 1e3), ylim=(y[0] / 1e3, y[-1] / 1e3))
 
 
 def _draw_profiles(axes: Axes, check: FlowCheck) -> None:
     """Draw the speed along the middle of the channel, and half a pitch beside it."""
     at, pitch = check.chamber.layout.stations, check.chamber.imaging.pitch_um
     x = np.linspace(at.channel - 600.0, at.outlet, 3000)
-    for y, color, label in ((0.0, palette.BLACK, "$y$ = 0"), (pitch / 2, CHAMBER, None)):
-        velocity = _speed(check, x, np.array([y]))[0]
-        axes.plot(x / 1e3, velocity[:, 0], color=color, lw=0.9, label=label or f"$y$ = {y:g} µm")
+    for y, color, label in (
+        (0.0, palette.BLACK, "$y$ = 0"),
+        (pitch / 2, CHAMBER, f"$y$ = {pitch / 2:g} µm"),
+    ):
+        along = _velocity(check, x, np.array([y]))[0, :, 0]
+        axes.plot(x / 1e3, along, color=color, lw=0.9, label=label)
     mean = check.imaging_speed_mm_s
     axes.axhline(mean, color="0.5", lw=0.8, ls=(0, (4, 2)), label="mean of the imaging area")
     axes.axvspan(at.imaging / 1e3, at.exit / 1e3, color=REGION_LOOK["imaging"][0], alpha=0.2, lw=0)
@@ -179,36 +183,23 @@ def _draw_beside(axes: Axes, compared: FlowComparison) -> None:
     """Draw the velocity along x on the line through the obstacle's centre, across the flow."""
     radius = 1.0 / compared.in_chamber.parameters.size_ratio
     y = np.linspace(0.0, 1.4, 400)
-    points = np.column_stack([np.zeros_like(y), y])
+    beside = np.column_stack([np.zeros_like(y), y])
+    before = np.column_stack([-y, np.zeros_like(y)])
     flows: Sequence[tuple[Flow, str, str]] = (
         (compared.flow, CHAMBER, "chamber"),
         (stokes(radius), STOKES, "Stokes"),
     )
     for flow, color, name in flows:
-        axes.plot(
-            np.asarray(flow.velocity(points))[:, 0],
-            y / radius,
-            color=color,
-            label=f"{name}, beside ($x=0$)",
-        )
-        ahead = np.column_stack([-y, np.zeros_like(y)])
-        axes.plot(
-            *(np.asarray(flow.velocity(ahead))[:, 0], y / radius),
-            color=color,
-            ls=(0, (3, 1.5)),
-            label=f"{name}, before ($y=0$)",
-        )
+        for points, dashes, where in (
+            (beside, "-", "beside ($x=0$)"),
+            (before, (0, (3, 1.5)), "before ($y=0$)"),
+        ):
+            along = np.asarray(flow.velocity(points))[:, 0]
+            axes.plot(along, y / radius, color=color, ls=dashes, label=f"{name}, {where}")
     axes.axhspan(0, 1, color=palette.OBSTACLE, alpha=0.25, lw=0)
     axes.set(xlabel="velocity along $x$ ($v_{f\\infty}$)", ylabel="distance from the centre ($R$)")
     axes.set(ylim=(0, 1.4 / radius))
-    axes.text(
-        0.98,
-        0.5 / axes.get_ylim()[1],
-        "obstacle",
-        transform=axes.transAxes,
-        ha="right",
-        va="center",
-    )
+    axes.text(0.98, 0.5, "obstacle", transform=axes.get_yaxis_transform(), ha="right", va="center")
     axes.set_title("(c) beside and before the obstacle", loc="left", fontsize=7.5)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2, columnspacing=1.0)
 
@@ -228,16 +219,10 @@ def _draw_lines(axes: Axes, compared: FlowComparison) -> None:
             wide = np.geomspace(*fit.control_range, 50)
             axes.plot(wide, fit.symmetry(wide)[0], color=color, lw=0.8)  # named by its points
             label = rf"{name}; line: {fit.alpha.value:.3f} $x^{{{fit.beta.value:.2f}}}$"
-        axes.plot(
-            *(found["control_parameter"], found["critical_symmetry"]),
-            ls="none",
-            marker="o",
-            ms=3.5,
-            color=color,
-            label=label,
-        )
+        points = found["control_parameter"], found["critical_symmetry"]
+        axes.plot(*points, "o", ms=3.5, color=color, label=label)
     if control:
         logarithmic_axes(axes, np.array([0.85 * min(control), 1.15 * max(control)]))
-    axes.set(xlabel=r"$x$ = Ca $\tilde{A}\,\tilde{z}$", ylabel="critical symmetry $S_c$")
+    axes.set(xlabel=rf"$x$ = {CONTROL_PARAMETER}", ylabel=CRITICAL_SYMMETRY)
     axes.set_title("(d) separating lines", loc="left", fontsize=7.5)
     axes.legend(loc="lower left")

@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, PathPatch, Polygon
-from matplotlib.path import Path
+from matplotlib.patches import Circle, Rectangle
 
 from pinchoff.collisions.circle_segments import (
     SMALL_SEGMENT_EXPONENT,
@@ -56,12 +55,10 @@ def constant_height(
     """
     beta = as_line(line).beta
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.TWO_COLUMNS, 2.6)
-            axes = list(figure.subplots(1, 2, width_ratios=(1.15, 1)))
-        _draw_construction(axes[0], beta, small_symmetry)
-        _draw_exponent(axes[1], beta)
-        return list(axes)
+        panels = style.panels(axes, style.TWO_COLUMNS, 2.6, ncols=2, width_ratios=(1.15, 1))
+        _draw_construction(panels[0], beta, small_symmetry)
+        _draw_exponent(panels[1], beta)
+        return panels
 
 
 def _draw_construction(axes: Axes, beta: float, small_symmetry: float) -> None:
@@ -86,19 +83,13 @@ def _draw_droplet(axes: Axes, diameter: float, height: float, place: float) -> N
     """Draw a circle that touches the obstacle at x = place, with its smaller part in yellow."""
     y = 0.5 * diameter - height
     x = place - np.sqrt((_OBSTACLE + 0.5 * diameter) ** 2 - y**2)
-    circle = Circle((x, y), 0.5 * diameter, fc=palette.DROPLET, ec="none", alpha=0.55, zorder=1)
-    rim = Circle((x, y), 0.5 * diameter, fc="none", ec=palette.DROPLET_RIM, lw=1, zorder=3)
-    below = Polygon(
-        [(-9, -9), (9, -9), (9, 0), (-9, 0)], fc=palette.YELLOW, ec="none", alpha=0.8, zorder=2
-    )
-    axes.add_patch(circle)
-    axes.add_patch(below)
-    angles = np.linspace(0, 2 * np.pi, 200)
-    outline = np.stack(
-        [x + 0.5 * diameter * np.cos(angles), y + 0.5 * diameter * np.sin(angles)], 1
-    )
-    below.set_clip_path(PathPatch(Path(outline), transform=axes.transData))
-    axes.add_patch(rim)
+    radius = 0.5 * diameter
+    circle = Circle((x, y), radius, fc=palette.DROPLET, ec="none", alpha=0.55, zorder=1)
+    below = Rectangle((-9, -9), 18, 9, fc=palette.YELLOW, ec="none", alpha=0.8, zorder=2)
+    rim = Circle((x, y), radius, fc="none", ec=palette.DROPLET_RIM, lw=1, zorder=3)
+    for patch in (circle, below, rim):
+        axes.add_patch(patch)
+    below.set_clip_path(circle)
     arrow = {"arrowstyle": "<->", "lw": 0.7, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", (x, -height), (x, 0), arrowprops=arrow, zorder=6)
     axes.text(x + 0.05, -0.5 * height, "$h$", ha="left", va="center", zorder=6)

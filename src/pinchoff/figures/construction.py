@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PatchCollection
-from matplotlib.patches import Circle, PathPatch, Polygon
-from matplotlib.path import Path
+from matplotlib.collections import PatchCollection
+from matplotlib.patches import Circle, Polygon
 
 from pinchoff.figures import style
-from pinchoff.figures.scene import Window, draw_chamber, draw_droplets, smooth_outline
+from pinchoff.figures.scene import (
+    Window,
+    draw_centreline,
+    draw_chamber,
+    draw_droplets,
+    smooth_outline,
+)
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 
@@ -91,31 +96,27 @@ def symmetry_construction(collision: Collision, axes: Axes | None = None) -> Axe
     frame = int(np.argmin(np.abs(outlines.times - collision.contact_time)))
     droplet = outlines[frame][0]
     centre = outlines.obstacles[0, :2]
-    # velocity of the centre of mass: all mass sits on the vertices
-    velocity = droplet.velocities.mean(axis=0)
+    middle, velocity = droplet.vertices.mean(axis=0), droplet.velocities.mean(axis=0)
     along = velocity / np.hypot(*velocity)
     across = np.array([-along[1], along[0]])
-    above = (droplet.vertices.mean(axis=0) - centre) @ across > 0
+    larger = across if (middle - centre) @ across > 0 else -across
     with style.journal_style():
         axes = style.one_panel(2.5) if axes is None else axes
         _draw_scene(axes, outlines, frame)
+        look: Any = {"ec": palette.DROPLET_RIM, "lw": 1, "zorder": 3}
+        rim = axes.add_patch(Polygon(smooth_outline(droplet.vertices), fill=False, **look))
+        base = centre + np.outer([-_FAR, _FAR], along)
         for side, color, label in (
-            (1.0 if above else -1.0, _LARGE, r"$A_\mathrm{large}$"),
-            (-1.0 if above else 1.0, _SMALL, r"$A_\mathrm{small}$"),
+            (larger, _LARGE, r"$A_\mathrm{large}$"),
+            (-larger, _SMALL, r"$A_\mathrm{small}$"),
         ):
-            _shade(axes, droplet.vertices, centre, along, side * across, color, label)
-        axes.axline(
-            tuple(centre),
-            tuple(centre + along),
-            color=palette.INK,
-            lw=1,
-            ls=(0, (4, 2)),
-            zorder=3.5,
-        )
-        start = droplet.vertices.mean(axis=0)
+            corners = np.concatenate([base, base[::-1] + _FAR * side])
+            half = Polygon(corners, fc=color, ec="none", zorder=2.5, label=label)
+            axes.add_patch(half).set_clip_path(rim)
+        draw_centreline(axes, centre, droplet, palette.INK)
         arrow = {"arrowstyle": "-|>", "color": "white", "lw": 3, "mutation_scale": 14}
-        axes.annotate("", start + 0.12 * along, start - 0.25 * along, arrowprops=arrow, zorder=4)
-        axes.annotate("$v$", start - 0.1 * along + 0.06 * across, color="white", zorder=4)
+        axes.annotate("", middle + 0.12 * along, middle - 0.25 * along, arrowprops=arrow, zorder=4)
+        axes.annotate("$v$", middle - 0.1 * along + 0.06 * across, color="white", zorder=4)
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.01), ncols=2)
         s = collision.symmetry
         axes.set_title(
@@ -132,16 +133,7 @@ def _outlines_of(collision: Collision) -> Outlines:
 
 
 def _draw_scene(axes: Axes, outlines: Outlines, frame: int) -> None:
-    obstacle = outlines.obstacles[0]
-    corners = np.concatenate(
-        [
-            *(outline.vertices for outline in outlines[frame]),
-            obstacle[:2] + obstacle[2:] * [[1, 1], [-1, -1]],
-        ]
-    )
-    left, bottom = corners.min(axis=0) - _MARGIN
-    right, top = corners.max(axis=0) + _MARGIN
-    draw_chamber(axes, outlines, Window(float(left), float(right), float(bottom), float(top)))
+    draw_chamber(axes, outlines, Window.around(outlines, [frame], _MARGIN))
     draw_droplets(axes, outlines[frame])
 
 
@@ -151,26 +143,3 @@ def _shorter_arc(vertices: Floats, i: int, j: int) -> Floats:
     outer = np.concatenate([vertices[last:], vertices[: first + 1]])
     lengths = [np.hypot(*np.diff(arc, axis=0).T).sum() for arc in (inner, outer)]
     return inner if lengths[0] <= lengths[1] else outer
-
-
-def _shade(
-    axes: Axes,
-    outline: Floats,
-    centre: Floats,
-    along: Floats,
-    normal: Floats,
-    color: str,
-    label: str,
-) -> None:
-    """Fill the part of an outline on one side of the line through `centre`."""
-    base = centre + np.outer([-_FAR, _FAR], along)
-    half = Polygon(
-        np.concatenate([base, base[::-1] + _FAR * normal]), fc=color, ec="none", zorder=2.5
-    )
-    half.set_label(label)
-    axes.add_patch(half)
-    half.set_clip_path(PathPatch(Path(smooth_outline(outline)), transform=axes.transData))
-    curve = smooth_outline(outline)
-    rim = LineCollection([np.concatenate([curve, curve[:1]])], color=palette.DROPLET_RIM, lw=1)
-    rim.set_zorder(3)
-    axes.add_collection(rim)

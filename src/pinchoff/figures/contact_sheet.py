@@ -33,38 +33,25 @@ class Picture(NamedTuple):
         Before and after, as one picture.
     label : str
         ASCII.
+    opens : str
+        Address of the moment in the annotated film; empty where there is none.
     """
 
     path: Path
     label: str
+    opens: str
 
 
 def write_contact_sheet(path: str | os.PathLike[str], pictures: Sequence[Picture]) -> int:
-    """Write a sheet of pictures, four collisions a row.
+    """Write a sheet of pictures as PNG, four collisions a row; return how many are on it.
 
-    Parameters
-    ----------
-    path : path
-        The sheet, ``.png``; it appears when it is complete.
-    pictures : sequence of Picture
-        Those whose file is missing are left out.
-
-    Returns
-    -------
-    int
-        How many are on it.
+    Those whose file is missing are left out. The sheet appears when it is complete.
     """
-    tiles = []
-    for picture in pictures[:MOST_PICTURES]:
-        if picture.path.exists():
-            tile = cv2.imread(str(picture.path))
-            if tile is not None:
-                tiles.append(_labelled(tile, picture.label))
-    sheet = (
-        _joined(tiles)
-        if tiles
-        else _labelled(np.full((80, 320, 3), 255, np.uint8), "no collisions")
-    )
+    existing = (one for one in pictures[:MOST_PICTURES] if one.path.exists())
+    read = ((cv2.imread(str(picture.path)), picture.label) for picture in existing)
+    tiles = [_labelled(tile, label) for tile, label in read if tile is not None]
+    nothing = _labelled(np.full((80, 320, 3), 255, np.uint8), "no collisions")
+    sheet = _joined(tiles or [nothing])
     with written_aside(Path(path)) as unfinished:
         unfinished.write_bytes(cv2.imencode(".png", sheet)[1].tobytes())
     return len(tiles)
@@ -92,15 +79,14 @@ def _wrapped(label: str, width: int) -> list[str]:
 
 
 def _joined(tiles: Sequence[Pixels]) -> Pixels:
+    """Lay tiles on white paper, row by row."""
     width = max(tile.shape[1] for tile in tiles) + _GAP
     columns = min(_COLUMNS, len(tiles))
-    bands = []
-    for first in range(0, len(tiles), columns):
-        row = tiles[first : first + columns]
-        height = max(tile.shape[0] for tile in row) + _GAP
-        band = np.full((height, columns * width + _GAP, 3), 255, dtype=np.uint8)
+    rows = [tiles[first : first + columns] for first in range(0, len(tiles), columns)]
+    heights = [max(tile.shape[0] for tile in row) + _GAP for row in rows]
+    sheet = np.full((sum(heights), columns * width + _GAP, 3), 255, dtype=np.uint8)
+    for row, height, low in zip(rows, heights, np.cumsum(heights), strict=True):
         for k, tile in enumerate(row):
-            left = _GAP + k * width
-            band[_GAP : _GAP + tile.shape[0], left : left + tile.shape[1]] = tile
-        bands.append(band)
-    return np.vstack(bands)
+            top, left = low - height + _GAP, k * width + _GAP
+            sheet[top : top + tile.shape[0], left : left + tile.shape[1]] = tile
+    return sheet

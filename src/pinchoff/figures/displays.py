@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import io
 import math
 from collections.abc import Callable, Iterable
 from html import escape
@@ -41,7 +40,7 @@ Facts = list[tuple[str, str]]
 
 def plot(result: Any, axes: Any = None, **options: Any) -> Any:
     """Draw a result with the figure of its kind."""
-    return _SHOWN[type(result).__name__][0](result, axes, **options)
+    return _SHOWN[type(result).__name__][0](result, axes=axes, **options)
 
 
 def html(result: Any) -> str:
@@ -64,19 +63,12 @@ def _picture(result: Any) -> str:
     except InputError as error:
         return f"<p>no picture: {escape(str(error))}</p>"
     first: Axes = drawn[0] if isinstance(drawn, list) else drawn
-    target = io.BytesIO()
-    figure: Any = first.figure
-    figure.savefig(target, format="png", dpi=_PAGE_DOTS_PER_INCH)
-    encoded = base64.b64encode(target.getvalue()).decode()
+    encoded = base64.b64encode(style.png(first, _PAGE_DOTS_PER_INCH)).decode()
     return f"<img src='data:image/png;base64,{encoded}'>"
 
 
 def _plot_collision(collision: Collision, axes: Any, **options: Any) -> list[Axes]:
-    return _plot_outlines(collision.recorded(), axes, **options)
-
-
-def _plot_outlines(outlines: Outlines, axes: Any, **options: Any) -> list[Axes]:
-    return snapshot_strip(outlines, axes=axes, **options)
+    return snapshot_strip(collision.recorded(), axes=axes, **options)
 
 
 def _plot_fit(fit: LawFit, axes: Any, kind: str = "probability") -> Axes | list[Axes]:
@@ -206,7 +198,7 @@ def _counted(name: str, reasons: dict[str, int]) -> Iterable[tuple[str, str]]:
 
 _SHOWN: dict[str, tuple[Callable[..., Any], Callable[[Any], Facts]]] = {
     "Collision": (_plot_collision, _facts_of_collision),
-    "Outlines": (_plot_outlines, _facts_of_outlines),
+    "Outlines": (snapshot_strip, _facts_of_outlines),
     "LawFit": (_plot_fit, _facts_of_fit),
     "Boundary": (_plot_boundary, _facts_of_boundary),
     "Calibration": (calibrated_line, _facts_of_calibration),

@@ -4,24 +4,27 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, Normalize
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from numpy.typing import NDArray
 
+from pinchoff import _core
 from pinchoff.collisions.law import breakup_probability
 from pinchoff.figures import style
+from pinchoff.figures.breakup_probability import draw_fractions
 from pinchoff.figures.scene import smooth_outline
 from pinchoff.fits.fractions import broken_fractions, logarithmic_edges, merged_edges
 from pinchoff.studies.isolated_pillar import relative_breakup_number
 from pinchoff.studies.lineage import ancestors
 from pinchoff.support import palette
+from pinchoff.support.numerals import counted
 from pinchoff.support.paper_constants import WIDTH
 
 if TYPE_CHECKING:
@@ -45,24 +48,15 @@ def droplets_in_array(
     color: Literal["generation", "size"] = "generation",
     periodic: str = "y",
 ) -> Axes:
-    """Draw the droplets of one frame among the pillars, coloured by generation or size.
+    """Draw the droplets of one frame, at a time in t0, among the pillars.
 
-    Parameters
-    ----------
-    droplets : sequence of Outline
-    array : PillarArray
-    time : float
-        Of the frame, t0.
-    color : {"generation", "size"}, optional
-        Number of break-ups in a droplet's ancestry, or its diameter.
-    periodic : str, optional
-        Axes along which the cell repeats itself.
+    A colour is the number of break-ups in a droplet's ancestry, or its diameter. `periodic` are
+    the axes along which the cell repeats itself.
     """
     with style.journal_style():
         wide = style.TWO_COLUMNS
         height = min(8.0, 0.86 * wide * array.width / array.length + 0.5)
-        figure = Figure(figsize=(wide, height), layout="constrained")
-        axes = figure.subplots()
+        (axes,) = style.panels(None, wide, height)
         draw_pillars(axes, array, periodic)
         if color == "generation":
             values = np.array([droplet.generation for droplet in droplets], dtype=np.float64)
@@ -74,7 +68,7 @@ def droplets_in_array(
         colors = ScalarMappable(norm, palette.ORDERED_MAP)
         axes.add_collection(droplet_shapes(droplets, array, periodic, colors.to_rgba(values)))
         axes.set(xlabel="$x$ ($D_0$)", ylabel="$y$ ($D_0$)", title=f"$t$ = {time:.4g} $t_0$")
-        bar = figure.colorbar(colors, ax=axes, label=said, fraction=0.03, pad=0.01)
+        bar = axes.figure.colorbar(colors, ax=axes, label=said, fraction=0.03, pad=0.01)
         if color == "generation":
             bar.set_ticks(np.arange(0, max(values, default=0) + 1).tolist())
             bar.minorticks_off()
@@ -100,15 +94,7 @@ def droplet_shapes(
 ) -> PolyCollection:
     """Return droplets as smooth shapes, with those that reach in across the cell's edges.
 
-    Parameters
-    ----------
-    droplets : sequence of n Outline
-    array : PillarArray
-    periodic : str
-    shades : ndarray, shape (n, 4)
-        Their colours.
-    rim : float, optional
-        Width of the line round each, points.
+    Each has its colour, (n, 4), and a rim in points.
     """
     size = np.array([array.length, array.width])
     shapes, colors = [], []
@@ -134,8 +120,7 @@ def _images(array: PillarArray, periodic: str) -> NDArray[np.float64]:
 def sizes_over_time(sizes: pd.DataFrame, study: SizeStudy) -> Axes:
     """Draw the distribution of diameters against time, by area, and its means."""
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 2.5), layout="constrained")
-        axes = figure.subplots()
+        (axes,) = style.panels(None, style.TWO_COLUMNS, 2.5)
         times = study.series["time"].to_numpy(np.float64)
         at = np.linspace(times[0], times[-1], min(len(times), 80) + 1)
         d = sizes["diameter"].to_numpy(np.float64)
@@ -143,7 +128,7 @@ def sizes_over_time(sizes: pd.DataFrame, study: SizeStudy) -> Axes:
         found, *_ = np.histogram2d(t, d, (at, study.edges), weights=d**2)
         share = found / np.maximum(found.sum(axis=1, keepdims=True), 1e-300)
         image = axes.pcolormesh(at, study.edges, share.T, cmap="Greys", rasterized=True)
-        figure.colorbar(image, ax=axes, label="share of the area", pad=0.01)
+        axes.figure.colorbar(image, ax=axes, label="share of the area", pad=0.01)
         axes.plot(times, study.series["mean_diameter"], color=palette.BLUE, label="mean")
         weighted = study.series["weighted_diameter"]
         axes.plot(times, weighted, color=palette.VERMILION, label="mean, weighted by area")
@@ -156,8 +141,7 @@ def sizes_over_time(sizes: pd.DataFrame, study: SizeStudy) -> Axes:
 def size_distribution(study: SizeStudy) -> Axes:
     """Draw the distribution of diameters, by number and by area, with standard errors."""
     with style.journal_style():
-        figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
-        axes = figure.subplots()
+        axes = style.one_panel(2.5)
         middle = 0.5 * (study.edges[1:] + study.edges[:-1])
         for density, color, said in (
             (study.by_number, palette.BLUE, "by number"),
@@ -172,19 +156,13 @@ def size_distribution(study: SizeStudy) -> Axes:
 
 
 def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
-    """Draw the mean diameter and that weighted by area against what was varied.
+    """Draw the mean diameter and that weighted by area, D0, against what was varied.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A row a run: the varied keys, mean_diameter and weighted_diameter with their errors, D0.
-    varied : sequence of str
-        Its keys; the first one with numbers is along x, and there is a line for each combination
-        of the others.
+    The table has a row a run. The first of the varied keys with numbers is along x, and there is
+    a line for each combination of the others.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.TWO_COLUMNS, 2.6), layout="constrained")
-        panels = figure.subplots(1, 2, sharey=True)
+        panels = style.panels(None, style.TWO_COLUMNS, 2.6, ncols=2, sharey=True)
         along = next((name for name in varied if table[name].dtype.kind in "if"), None)
         others = [name for name in varied if name != along]
         groups = table.groupby(others, sort=False) if others else [((), table)]
@@ -194,14 +172,13 @@ def sizes_over_sweep(table: pd.DataFrame, varied: Sequence[str]) -> Axes:
                 x = np.arange(len(rows)) if along is None else rows[along].to_numpy(np.float64)
                 error = np.nan_to_num(rows[f"{name}_error"].to_numpy(np.float64))
                 label = ", ".join(f"{k} = {v}" for k, v in zip(others, chosen, strict=True))
-                style_of = {"fmt": "o-", "ms": 3, "lw": 0.8, "color": color}
-                axes.errorbar(x, rows[name], error, label=label or None, **style_of)
+                look: Any = {"fmt": "o-", "ms": 3, "lw": 0.8, "color": color}
+                axes.errorbar(x, rows[name], error, label=label or None, **look)
             axes.set(xlabel=along or "run", ylabel=f"diameter, {said} ($D_0$)")
             axes.set_ylim(bottom=0)
         if others:
             panels[0].legend(fontsize="small")
-        first: Axes = panels[0]
-        return first
+        return panels[0]
 
 
 _RATED = {"entered": "entered", "breakup": "broke", "left": "left", "merge": "merged"}
@@ -215,8 +192,7 @@ def rated_events(events: pd.DataFrame) -> pd.Series[bool]:
 def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> Axes:
     """Draw what happens per t0 against time."""
     with style.journal_style():
-        figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
-        axes = figure.subplots()
+        axes = style.one_panel(2.5)
         end = study.end
         edges = np.linspace(0.0, end, bins + 1)
         kinds = events["kind"].astype(str)
@@ -234,26 +210,14 @@ def rates_over_time(events: pd.DataFrame, study: SizeStudy, bins: int = 24) -> A
 
 
 def contact_breakups(contacts: pd.DataFrame, isolated: pd.DataFrame | None = None) -> Axes:
-    """Draw the share of the contacts that broke the droplet against Bk, with the paper's law.
+    """Draw the share of contacts, of `contact_outcomes`, that broke the droplet against Bk.
 
-    Parameters
-    ----------
-    contacts : DataFrame
-        Of `contact_outcomes`.
-    isolated : DataFrame, optional
-        Of `isolated_pillar`. A second panel then has Bk over that of a pillar alone in the same
-        flow, for a droplet of the same diameter.
-
-    Returns
-    -------
-    Axes
-        The first panel.
+    With `isolated`, of `isolated_pillar`, a second panel has Bk over that of a pillar alone in the
+    same flow, for a droplet of the same diameter. Returns the first panel.
     """
-    panels = 1 if isolated is None else 2
+    columns, wide = (1, style.ONE_COLUMN) if isolated is None else (2, style.TWO_COLUMNS)
     with style.journal_style():
-        wide = style.ONE_COLUMN if isolated is None else style.TWO_COLUMNS
-        figure = Figure(figsize=(wide, 2.5), layout="constrained")
-        axes = figure.subplots(1, panels, squeeze=False)[0]
+        axes = style.panels(None, wide, 2.5, ncols=columns)
         seen = contacts[contacts["settled"] & (contacts["breakup_number"] > _LEAST_NUMBER)]
         broke = seen["broke"].to_numpy(bool)
         number = seen["breakup_number"].to_numpy(np.float64)
@@ -265,8 +229,7 @@ def contact_breakups(contacts: pd.DataFrame, isolated: pd.DataFrame | None = Non
             alone = "a pillar alone, this flow"
             _broken_shares(axes[1], relative[known], broke[known], alone)
             axes[1].set(xlabel="Bk over that of a pillar alone in this flow")
-        first: Axes = axes[0]
-        return first
+        return axes[0]
 
 
 def _broken_shares(
@@ -277,33 +240,16 @@ def _broken_shares(
     if len(number):
         edges = logarithmic_edges(number.min(), number.max(), 6)
         found = broken_fractions(number, broke, merged_edges(number, edges, _FEWEST))
-        reach = np.stack([found.fraction - found.low, found.high - found.fraction])
-        axes.errorbar(
-            found.middle,
-            found.fraction,
-            np.maximum(reach, 0.0),
-            fmt="o",
-            ms=2.5,
-            lw=0.8,
-            color=palette.BLACK,
-            label=f"{len(number)} contacts, 95 %",
-        )
+        draw_fractions(axes, found, 2.5, f"{counted(len(number), 'contact')}, 95 %")
     axes.set(xscale="log", ylim=(-0.04, 1.3))
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.legend(loc="upper left")
 
 
 def pair_contacts(events: pd.DataFrame) -> Axes:
-    """Draw the contacts of two droplets that have ended: their duration and their clock.
-
-    Parameters
-    ----------
-    events : DataFrame
-        Of an `Emulsion` with a coalescence.
-    """
+    """Draw the contacts of two droplets that have ended: their duration and their clock."""
     with style.journal_style():
-        figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
-        axes = figure.subplots()
+        axes = style.one_panel(2.5)
         axes.set(xscale="log", yscale="log")  # first: no contact has limits that suit it
         kinds = events["kind"].astype(str)
         for kind, said, color in (
@@ -317,29 +263,24 @@ def pair_contacts(events: pd.DataFrame) -> Axes:
             axes.plot(lasted, clock, ".", ms=3, color=color, alpha=0.6, mew=0, label=label)
         axes.axhline(1.0, color=palette.INK, lw=0.8, ls=":")
         axes.set(xlabel="duration of the contact ($t_0$)", ylabel="clock $C$ at its end")
-        axes.legend(loc="lower right")
+        axes.legend(loc="lower right", markerscale=3)
         return axes
 
 
 def lineage_tree(family: pd.DataFrame, end: float) -> Axes:
     """Draw the droplet with the most descendants, and the first of them: time along, a line each.
 
-    Parameters
-    ----------
-    family : DataFrame
-        Of `lineage`.
-    end : float
-        Of the run, t0.
+    The family is one of `lineage`, and the run ends at `end`, t0.
     """
     with style.journal_style():
-        figure = Figure(figsize=(style.ONE_COLUMN, 2.5), layout="constrained")
-        axes = figure.subplots()
+        axes = style.one_panel(2.5)
         axes.set(xlabel="time ($t_0$)", yticks=[])
         axes.spines[["left", "top", "right"]].set_visible(False)
         eldest = [next(reversed([*ancestors(family, k)]), k) for k in family.index]
         if not eldest:
             return axes
-        first = max(set(eldest), key=lambda k: (eldest.count(k), -k))
+        counts = Counter(eldest)
+        first = max(counts, key=lambda k: (counts[k], -k))
         members = family[np.array(eldest) == first].head(_MEMBERS)  # by birth
         heights = _heights(members, int(first))
         merged = members[members["other_parent"] >= 0]
@@ -379,6 +320,4 @@ def _heights(members: pd.DataFrame, first: int) -> dict[int, float]:
 
 def diameter_of(vertices: NDArray[np.float64]) -> float:
     """Return the diameter of the circle of equal area."""
-    x, y = vertices.T
-    area = 0.5 * abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1)))
-    return math.sqrt(4 / math.pi * area)
+    return math.sqrt(4 / math.pi * abs(_core.area(vertices)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -13,10 +12,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from pinchoff.figures import style
 from pinchoff.figures.emulsion_figures import diameter_of, draw_pillars, droplet_shapes
-from pinchoff.figures.scene import Scale
+from pinchoff.figures.scene import Scale, round_length
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
@@ -54,7 +54,7 @@ def write_emulsion_film(
     periodic: str = "y",
     progress: Callable[[float], object] | None = None,
 ) -> int:
-    """Film a run as H.264 (yuv420p, 1280 pixels wide) in an MP4 file.
+    """Film a run as H.264 (yuv420p, 1280 pixels wide) in an MP4 file; return how many frames.
 
     Parameters
     ----------
@@ -71,11 +71,6 @@ def write_emulsion_film(
         Axes along which the cell repeats itself.
     progress : callable, optional
         Called after every frame with its time, t0.
-
-    Returns
-    -------
-    int
-        How many frames it has.
 
     Raises
     ------
@@ -144,13 +139,12 @@ class _Stage:
         diameter = f"diameter ({self._scale.length_unit})"
         figure.text(0.49, middle, diameter, va="center", ha="right", fontsize="small")
         extent = self._array.length * self._scale.length
-        length = 10.0 ** math.floor(math.log10(0.2 * extent))
-        length *= max(k for k in (1.0, 2.0, 5.0) if k * length <= 0.2 * extent)
+        length = round_length(0.12 * extent)
         share = length / extent
-        line = figure.add_axes((0.97 - share, middle * 0.7, share, 0.02))
-        line.plot([0, 1], [0.5, 0.5], color=palette.INK, lw=2, solid_capstyle="butt")
-        line.set(xlim=(0, 1), ylim=(0, 1))
-        line.axis("off")
+        ends, height = (0.97 - share, 0.97), 0.7 * middle + 0.01
+        bar_of_length = Line2D(ends, [height, height], color=palette.INK, lw=2)
+        bar_of_length.set_solid_capstyle("butt")
+        figure.add_artist(bar_of_length)
         label = f"{length:g} {self._scale.length_unit}"
         figure.text(0.97 - share / 2, middle * 1.1, label, ha="center", fontsize="small")
 

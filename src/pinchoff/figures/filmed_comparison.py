@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,11 +20,6 @@ if TYPE_CHECKING:
 
 _PANELS = 6
 _DIAMETERS = 1.5  # of the droplet, shown on either side of the obstacle
-
-
-def write_comparison(path: str | os.PathLike[str], comparison: Comparison) -> None:
-    """Write the figure of a comparison; the suffix chooses its format."""
-    style.save(path, compared(comparison)[-1])
 
 
 def compared(comparison: Comparison) -> list[Axes]:

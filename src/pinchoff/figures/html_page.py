@@ -23,9 +23,12 @@ if TYPE_CHECKING:
     Picture = Axes | bytes | str | os.PathLike[str]
 
 _NUMBER = re.compile(
-    r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+|×10[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?:\s?%)?$|^$|^–$|^—$", re.I
+    r"^[+\-−±<>≤≥~]?\s?\d[\d.,  ]*(?:e[+-]?\d+|(?:×10)?[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?(?:\s?%)?$|^$|^–$|^—$", re.I
 )
-_SUBSCRIPT = re.compile(r"(?<!\w)(S|Ca|A|d|ε|k̃|N)_(c|sim|eff|small|large|min-neck|μ|l|v)(?!\w)")
+_SUBSCRIPT = re.compile(
+    r"(?<![^\W\d])(S|Ca|A|d|ε|k̃|N|v)"
+    r"(?:_(c|sim|eff|small|large|min-neck|μ|γ|l|v|f∞|droplet|flow)|(?<=ε)([123]))(?!\w)"
+)
 _POWER = re.compile(r"(?<=[\w)])\^(?:\(([^()]*)\)|([-−]?[\w.]+))")
 _SIGNS = {"good": "✓", "bad": "✗", "odd": "!"}
 _MEDIA = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"<?xml": "image/svg+xml"}
@@ -99,14 +102,7 @@ class Page:
         self._body.append(f"<p>{formula(text, display=True)}</p>")
 
     def link(self, text: str, target: str) -> None:
-        """Add a link to a file in the folder of the page.
-
-        Parameters
-        ----------
-        text : str
-        target : str
-            Name of the file.
-        """
+        """Add a link to a file in the folder of the page, by the file's name."""
         self._body.append(f'<p><a href="{escape(quote(target))}">{escape(text)}</a></p>')
 
     def table(
@@ -127,7 +123,8 @@ class Page:
         cells = [[_longest(cell) for cell in row] for row in rows]
         kinds = [_kind([row[k] for row in cells]) for k in range(len(columns))]
         heading = f"<caption>{_raised(caption)}</caption>" if caption else ""
-        head = "".join(f"<th{k}>{_raised(c)}</th>" for c, k in zip(columns, kinds, strict=True))
+        names = "".join(f"<th{k}>{_raised(c)}</th>" for c, k in zip(columns, kinds, strict=True))
+        head = f"<thead><tr>{names}</tr></thead>\n" if any(columns) else ""
         body = "".join(
             "<tr>"
             + "".join(f"<td{k}>{_cell(c)}</td>" for c, k in zip(row, kinds, strict=True))
@@ -135,8 +132,7 @@ class Page:
             for row in rows
         )
         self._body.append(
-            f'<div class="table"><table>{heading}<thead><tr>{head}</tr></thead>\n'
-            f"<tbody>{body}</tbody></table></div>"
+            f'<div class="table"><table>{heading}{head}<tbody>{body}</tbody></table></div>'
         )
 
     def facts(self, facts: Mapping[str, object]) -> None:
@@ -224,7 +220,7 @@ def _cell(value: object) -> str:
 
 def _raised(text: str) -> str:
     """Return a text for a page with its powers raised and the indices of symbols lowered."""
-    lowered = _SUBSCRIPT.sub(r"\1<sub>\2</sub>", escape(text))
+    lowered = _SUBSCRIPT.sub(lambda m: f"{m[1]}<sub>{m[2] or m[3]}</sub>", escape(text))
     return _POWER.sub(lambda found: f"<sup>{found[1] or found[2]}</sup>", lowered)
 
 
@@ -263,19 +259,18 @@ def _bytes(picture: Picture) -> bytes:
         return picture
     if isinstance(picture, (str, os.PathLike)):
         return Path(picture).read_bytes()
-    from matplotlib.figure import Figure
+    from pinchoff.figures import style
 
-    assert isinstance(picture.figure, Figure)
-    stream = io.BytesIO()
-    picture.figure.savefig(stream, format="png")
-    return stream.getvalue()
+    return style.png(picture)
 
 
 def _size_on_screen(data: bytes) -> str:
     """Return a width that shows a PNG 1.4 times as large as print, if it states its resolution."""
-    place = data.find(b"pHYs", 0, 4096)
-    if not data.startswith(b"\x89PNG") or place < 0 or data[place + 12] != 1:
+    from PIL import Image
+
+    if not data.startswith(b"\x89PNG"):
         return ""
-    pixels = int.from_bytes(data[16:20], "big")
-    dots_per_inch = int.from_bytes(data[place + 4 : place + 8], "big") * 0.0254
-    return f' width="{round(1.4 * pixels / dots_per_inch * _SCREEN_DOTS_PER_INCH)}"'
+    image = Image.open(io.BytesIO(data))
+    if "dpi" not in image.info:
+        return ""
+    return f' width="{round(1.4 * image.width / image.info["dpi"][0] * _SCREEN_DOTS_PER_INCH)}"'

@@ -31,13 +31,13 @@ _REACH = (2.5, 1.3)  # shown beside, and above and below the obstacles [D0]
 _QUALITY = 18  # constant rate factor of x264: no visible loss
 _BUTTONS = {
     "minus": "−",
-    "fast-backward": "⏮",
+    "fast-backward": "|◀",
     "step-backward": "◁|",
     "play fa-flip-horizontal": "◀",
     "play": "▶",
     "pause": "❚❚",
     "step-forward": "|▷",
-    "fast-forward": "⏭",
+    "fast-forward": "▶|",
     "plus": "+",
 }
 """What stands on the buttons of a player, by the names of their icons in matplotlib's page."""
@@ -197,21 +197,14 @@ def _without_network(page: str) -> str:
 def _window(outlines: Outlines) -> Window:
     """Return a window about the obstacles, or about the whole run where it has none."""
     if len(outlines.obstacles):
-        centres, radii = outlines.obstacles[:, :2], outlines.obstacles[:, 2:]
-        low = (centres - radii).min(axis=0) - _REACH
-        high = (centres + radii).max(axis=0) + _REACH
+        seen, (beside, above) = Window.around(outlines, ()), _REACH
     else:
-        low, high = outlines.vertices.min(axis=0) - 0.5, outlines.vertices.max(axis=0) + 0.5
-    middle, extent = (low + high) / 2, high - low
+        seen, (beside, above) = Window.around(outlines, range(len(outlines))), (0.5, 0.5)
     ratio = _PIXELS[0] / _PIXELS[1]
-    half_width = max(extent[0], extent[1] * ratio) / 2
+    half_width = max(seen.width / 2 + beside, (seen.height / 2 + above) * ratio)
     half_height = half_width / ratio
-    return Window(
-        float(middle[0] - half_width),
-        float(middle[0] + half_width),
-        float(middle[1] - half_height),
-        float(middle[1] + half_height),
-    )
+    x, y = (seen.left + seen.right) / 2, (seen.bottom + seen.top) / 2
+    return Window(x - half_width, x + half_width, y - half_height, y + half_height)
 
 
 def _frames_in_view(outlines: Outlines, window: Window) -> list[int]:

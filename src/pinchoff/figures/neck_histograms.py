@@ -63,17 +63,14 @@ def neck_histograms(
         rule = "one with the thinnest necks"
         raise InputError.of("table", rule, "none measured", "leave this figure out")
     with style.journal_style():
-        if axes is None:
-            width = style.ONE_COLUMN if history is None else style.TWO_COLUMNS
-            figure = style.new_figure(width, 2.6)
-            panels = figure.subplots(1, 1 if history is None else 2, squeeze=False)
-            axes = list(panels[0])
-        _draw_necks(axes[0], necks[measured], broke[measured], unit)
+        columns, width = (1, style.ONE_COLUMN) if history is None else (2, style.TWO_COLUMNS)
+        panels = style.panels(axes, width, 2.6, ncols=columns)
+        _draw_necks(panels[0], necks[measured], broke[measured], unit)
         if history is not None:
-            _draw_cameras(axes[1], history)
+            _draw_cameras(panels[1], history)
         if synthetic(table):
-            style.mark_synthetic(axes[0], y=0.5)
-        return list(axes)
+            style.mark_synthetic(panels[0], y=0.5)
+        return panels
 
 
 def _draw_necks(
@@ -91,7 +88,7 @@ def _draw_necks(
             continue
         axes.hist(values, edges, color=color, alpha=0.65, label=f"{label}: {len(values):,}")
     if unit == "µm":
-        label = rf"paper's $d_\mathrm{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
+        label = rf"paper's $d_\text{{min-neck}}$, {_PAPER_LIMIT_UM:.1f} µm"
         axes.axvline(_PAPER_LIMIT_UM, color="k", ls="--", lw=0.8, label=label)
     axes.set_xlabel(rf"thinnest neck $d_\mathrm{{neck}}$ ({unit})")
     axes.set_ylabel("collisions")

@@ -29,7 +29,7 @@ from pinchoff.figures.plane import (
 )
 from pinchoff.support import palette
 from pinchoff.support.errors import InputError
-from pinchoff.support.numerals import numeral
+from pinchoff.support.numerals import counted, numeral
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -225,12 +225,11 @@ def separated_outcomes(
     # Bk = Ca Ã z̃ (S/α)^(-1/β) with the fitted exponents, so the product is Ca Ã z̃ with them.
     forcing = fit.breakup_number(seen) * (symmetry / fit.line.alpha) ** (1.0 / fit.line.beta)
     with style.journal_style():
-        if axes is None:
-            figure = style.new_figure(style.TWO_COLUMNS, 2.85)
-            axes = list(figure.subplots(1, 3, sharex=True, sharey=True))
+        shared = {"ncols": 3, "sharex": True, "sharey": True}
+        panels = style.panels(axes, style.TWO_COLUMNS, 2.85, **shared)
         span = np.array([forcing.min() / 1.3, forcing.max() * 1.3])
         shown = (("breaks", broke), ("both", np.ones_like(broke)), ("does not break", ~broke))
-        for panel, (title, which) in zip(axes, shown, strict=True):
+        for panel, (title, which) in zip(panels, shown, strict=True):
             logarithmic_axes(panel, span, (_GRAZING, 1.25))
             size = mark_size(len(seen))
             draw_outcomes(panel, forcing[which], symmetry[which], broke[which], size=size)
@@ -242,11 +241,11 @@ def separated_outcomes(
                 draw_line(panel, line, span, color=color, ls=dashes, lw=1, label=label)
             panel.set_title(f"{title}: {int(which.sum()):,}", loc="left")
             panel.set_xlabel(_scaled_parameter(fit))
-        axes[0].set_ylabel(SYMMETRY)
-        named = axes[1].get_legend_handles_labels()
-        axes[0].figure.legend(*named, loc="outside upper left", ncols=2)
-        _say_what_is_missing(axes[0], table, fit)
-        return list(axes)
+        panels[0].set_ylabel(SYMMETRY)
+        named = panels[1].get_legend_handles_labels()
+        panels[0].figure.legend(*named, loc="outside upper left", ncols=2)
+        _say_what_is_missing(panels[0], table, fit)
+        return panels
 
 
 def _legend_below(axes: Axes, **look: Any) -> None:
@@ -270,10 +269,11 @@ def _lowest_symmetry(points: Points) -> float:
 def _how_many(points: Points, lowest: float) -> str:
     """Say how many collisions there are, and what is not shown of them."""
     drawn, population = len(points.symmetry), points.population
-    noun = "collision" if population == 1 else "collisions"
-    shown = f"{population:,}" if drawn == population else f"random {drawn:,} of {population:,}"
+    sample = "" if drawn == population else f"random {drawn:,} of "
     below = int((points.symmetry < lowest).sum())
-    return f"{shown} {noun}" + (f"; {below:,} below $S$ = {lowest:.2g}" if below else "")
+    return f"{sample}{counted(population, 'collision')}" + (
+        f"; {below:,} below $S$ = {lowest:.2g}" if below else ""
+    )
 
 
 def _draw_measured(axes: Axes, measured: pd.DataFrame) -> None:

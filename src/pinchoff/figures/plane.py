@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.axis import Axis
+from matplotlib.ticker import FixedLocator
 
 from pinchoff.collisions.law import Line
 from pinchoff.support import palette
@@ -19,6 +21,7 @@ OUTCOMES = ((False, palette.UNBROKEN, "does not break"), (True, palette.BROKE, "
 
 CONTROL_PARAMETER = r"Ca $\tilde{A}\,\tilde{z}$"
 SYMMETRY = "symmetry $S$"
+CRITICAL_SYMMETRY = "critical symmetry $S_c$"
 
 _SIZES = ((100, 4.0), (1000, 2.5), (10_000, 1.4))  # of a mark [points], by how many there are
 _SMALLEST = 0.7
@@ -116,18 +119,23 @@ def logarithmic_axes(
     if heights is not None:
         axes.set_ylim(*heights)
     wide = heights is not None and heights[0] < 0.1
-    for axis, ticks in (
-        (axes.xaxis, _plain_ticks(span[0], span[-1])),
-        (axes.yaxis, _plain_ticks(heights[0], 1.0) if wide and heights else close),
-    ):
-        axis.set_major_locator(FixedLocator(ticks))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+    set_plain_ticks(axes.xaxis, _round_ticks(span[0], span[-1]))
+    set_plain_ticks(axes.yaxis, _round_ticks(heights[0], 1.0) if wide and heights else close)
 
 
-def _plain_ticks(low: float, high: float) -> list[float]:
-    """Return 1, 2 and 5 of each decade, or 1 alone where these would be too many."""
+def set_plain_ticks(axis: Axis, ticks: Sequence[float], digits: str = "g") -> None:
+    """Write plain numbers at some places of a logarithmic axis, and none at any other."""
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(f"{{x:{digits}}}")
+    axis.set_minor_formatter("")
+
+
+def _round_ticks(low: float, high: float) -> list[float]:
+    """Return 1, 2 and 5 of each decade, 1 alone where these would be many, more where few."""
+    extent = math.log10(high / low)
+    steps: tuple[float, ...] = (1,) if extent >= 2.5 else (1, 2, 5)
+    if extent < 0.7:
+        steps = (1, 1.5, 2, 3, 4, 6, 8)
     decades = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    steps = (1, 2, 5) if math.log10(high / low) < 2.5 else (1,)
     ticks = [float(f"{step}e{decade}") for decade in decades for step in steps]
     return [tick for tick in ticks if low <= tick <= high]

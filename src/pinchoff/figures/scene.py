@@ -46,6 +46,16 @@ class Window(NamedTuple):
         """Height [D0]."""
         return self.top - self.bottom
 
+    @classmethod
+    def around(cls, outlines: Outlines, frames: Iterable[int], margin: float = 0.0) -> Window:
+        """Return the smallest one with the obstacles and the droplets of some frames in it."""
+        centres, radii = outlines.obstacles[:, :2], outlines.obstacles[:, 2:]
+        droplets = [droplet.vertices for frame in frames for droplet in outlines[frame]]
+        points = np.concatenate([centres - radii, centres + radii, *droplets])
+        left, bottom = (points.min(axis=0) - margin).tolist()
+        right, top = (points.max(axis=0) + margin).tolist()
+        return cls(left, right, bottom, top)
+
 
 class Scale(NamedTuple):
     """The units in which a run's lengths and times are written, and their sizes."""
@@ -156,9 +166,16 @@ def smooth_outline(vertices: Floats) -> Floats:
     return np.asarray(curve(places.ravel()))
 
 
+def draw_centreline(axes: Axes, centre: Floats, droplet: Outline, color: str) -> None:
+    """Draw the line that divides a droplet at contact into the two areas of its symmetry."""
+    # along the velocity of the centre of mass: all mass sits on the vertices
+    other = centre + droplet.velocities.mean(axis=0)
+    axes.axline(tuple(centre), tuple(other), color=color, lw=1, ls=(0, (4, 2)), zorder=3.5)
+
+
 def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:
     """Draw a bar of a round length, with the length, in the lower right corner."""
-    length = _round_number(_SCALE_BAR_SHARE * window.width * scale.length)
+    length = round_length(_SCALE_BAR_SHARE * window.width * scale.length)
     right = window.right - 0.04 * window.width
     left = right - length / scale.length
     height = window.bottom + 0.07 * window.height
@@ -176,8 +193,7 @@ def draw_scale_bar(axes: Axes, window: Window, scale: Scale) -> None:
     )
 
 
-def _round_number(value: float) -> float:
+def round_length(value: float) -> float:
     """Return the number of the form 1, 2 or 5 times a power of ten that is nearest in ratio."""
     power = 10.0 ** math.floor(math.log10(value))
-    candidates = np.array([1.0, 2.0, 5.0, 10.0]) * power
-    return float(candidates[np.argmin(np.abs(np.log(candidates / value)))])
+    return min((k * power for k in (1, 2, 5, 10)), key=lambda length: abs(math.log(length / value)))

@@ -48,14 +48,12 @@ def collision_pairs(
     shown = [_frames(collision) for collision in collisions]
     window = _window(collisions, shown)
     with style.journal_style():
-        if axes is None:
-            width = 0.8 * style.TWO_COLUMNS
-            height = (0.5 * width * window.height / window.width + 0.25) * len(collisions)
-            figure = style.new_figure(width, height)
-            axes = list(figure.subplots(len(collisions), 2, squeeze=False).flat)
+        width = 0.8 * style.TWO_COLUMNS
+        height = (0.5 * width * window.height / window.width + 0.25) * len(collisions)
+        panels = style.panels(axes, width, height, nrows=len(collisions), ncols=2)
         for k, collision in enumerate(collisions):
-            _draw_pair(axes[2 * k : 2 * k + 2], collision, shown[k], window)
-        return list(axes)
+            _draw_pair(panels[2 * k : 2 * k + 2], collision, shown[k], window)
+        return panels
 
 
 def _frames(collision: Collision) -> tuple[int, int]:
@@ -79,17 +77,17 @@ def _filmed(collision: Collision) -> tuple[Outlines, PhysicalScale]:
 
 def _window(collisions: Sequence[Collision], shown: Sequence[tuple[int, int]]) -> Window:
     """Return what all images show, in µm about the obstacle: whole droplets, at one scale."""
-    corners = []
-    for collision, frames in zip(collisions, shown, strict=True):
-        outlines, scale = _filmed(collision)
-        vertices = [outline.vertices for frame in frames for outline in outlines[frame]]
-        corners.append(np.concatenate(vertices) * scale.diameter_um)
-        corners.append(np.outer([-1, 1], [1, 1]) * scale.obstacle_radius_um)
-    points = np.concatenate(corners)
-    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
-    bottom -= _FOOT_UM
+    filmed = [_filmed(collision) for collision in collisions]
+    windows = [
+        np.array(Window.around(outlines, frames)) * scale.diameter_um
+        for (outlines, scale), frames in zip(filmed, shown, strict=True)
+    ]
+    left, right, bottom, top = zip(*windows, strict=True)
     return Window(
-        *(float(v) for v in (left - _MARGIN_UM, right + _MARGIN_UM, bottom, top + _MARGIN_UM))
+        min(left) - _MARGIN_UM,
+        max(right) + _MARGIN_UM,
+        min(bottom) - _FOOT_UM,
+        max(top) + _MARGIN_UM,
     )
 
 

@@ -15,6 +15,7 @@ from pinchoff.figures import style
 from pinchoff.figures.scene import (
     Scale,
     Window,
+    draw_centreline,
     draw_chamber,
     draw_droplets,
     draw_scale_bar,
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 _PANELS_A_ROW = 3
 _MARGIN = 0.15  # between what is shown and the edge of the picture [D0]
+_TITLE = 0.2  # inch: height of a title above a panel
 
 
 def snapshot_strip(
@@ -82,7 +84,7 @@ def snapshot_strip(
     if flow is not None and outlines.units == "um":
         raise InputError.of("flow", "left out for outlines in µm", flow, "a flow counts in D0")
     moments = collision_moments(outlines) if times is None else _nearest_frames(outlines, times)
-    window = _window(outlines, moments)
+    window = Window.around(outlines, (moment.frame for moment in moments), _MARGIN)
     with style.journal_style():
         panels = _new_axes(len(moments), window) if axes is None else list(axes)
         if len(panels) != len(moments):
@@ -134,36 +136,16 @@ def _nearest_frames(outlines: Outlines, times: npt.ArrayLike) -> list[Moment]:
     return [Moment(int(np.argmin(np.abs(outlines.times - time))), "") for time in wanted]
 
 
-def _window(outlines: Outlines, moments: Sequence[Moment]) -> Window:
-    """Return the smallest window that holds all droplets and obstacles of the snapshots."""
-    corners = [
-        outlines.obstacles[:, :2] - outlines.obstacles[:, 2:],
-        outlines.obstacles[:, :2] + outlines.obstacles[:, 2:],
-        *(droplet.vertices for moment in moments for droplet in outlines[moment.frame]),
-    ]
-    points = np.concatenate(corners)
-    left, bottom = points.min(axis=0) - _MARGIN
-    right, top = points.max(axis=0) + _MARGIN
-    return Window(float(left), float(right), float(bottom), float(top))
-
-
 def _new_axes(count: int, window: Window) -> list[Axes]:
-    """Make a figure as wide as a page with rows of equal panels, and room for titles above."""
+    """Make a figure as wide as a page, with rows of panels and room for titles above each."""
     columns = min(count, _PANELS_A_ROW)
     rows = math.ceil(count / columns)
-    edge, gap, title = 0.03, 0.08, 0.2  # inches: round the figure, between panels, above each
-    width = (style.TWO_COLUMNS - 2 * edge - (columns - 1) * gap) / columns
-    height = width * window.height / window.width
-    total = rows * (height + title) + 2 * edge
-    figure = style.new_figure(style.TWO_COLUMNS, total, layout=None)
-    panels = []
-    for k in range(count):
-        row, column = divmod(k, columns)
-        left = edge + column * (width + gap)
-        bottom = edge + (rows - 1 - row) * (height + title)
-        box = (left / style.TWO_COLUMNS, bottom / total, width / style.TWO_COLUMNS, height / total)
-        panels.append(figure.add_axes(box))
-    return panels
+    height = style.TWO_COLUMNS / columns * window.height / window.width + _TITLE
+    figure = style.new_figure(style.TWO_COLUMNS, rows * height, layout="compressed")
+    panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for spare in panels[count:]:
+        spare.remove()
+    return panels[:count]
 
 
 def _draw_snapshot(
@@ -174,36 +156,23 @@ def _draw_snapshot(
     draw_droplets(axes, droplets)
     axes.set_title(scale.time_label(outlines.times[moment.frame]), loc="left")
     axes.set_title(moment.name, loc="right")
-    if moment.name == "contact":
-        _draw_centreline(axes, outlines)
+    contact = first_contact(outlines) if moment.name == "contact" else None
+    if contact is not None:
+        centre = outlines.obstacles[contact.obstacle, :2]
+        draw_centreline(axes, centre, outlines.outline(contact.outline), palette.CENTRELINE)
     if moment.name == "neck":
         _draw_neck(axes, outlines, droplets)
 
 
-def _draw_centreline(axes: Axes, outlines: Outlines) -> None:
-    """Draw the line that divides the droplet at contact into the two areas of its symmetry."""
-    contact = first_contact(outlines)
-    if contact is None:
-        return
-    droplet = outlines.outline(contact.outline)
-    centre = outlines.obstacles[contact.obstacle, :2]
-    # velocity of the centre of mass: all mass sits on the vertices
-    velocity = droplet.velocities.mean(axis=0)
-    axes.axline(
-        tuple(centre),
-        tuple(centre + velocity),
-        color=palette.CENTRELINE,
-        lw=1,
-        ls=(0, (4, 2)),
-        zorder=2.5,
-    )
-
-
 def _draw_neck(axes: Axes, outlines: Outlines, droplets: Sequence[Outline]) -> None:
     """Draw the thinnest chord among the droplets."""
-    necks = [outlines.neck(droplet) for droplet in droplets]
-    thinnest = min(range(len(necks)), key=lambda k: necks[k][0])
-    thickness, i, j = necks[thinnest]
+    necks = [(*outlines.neck(droplet), droplet) for droplet in droplets]
+    thickness, i, j, droplet = min(necks, key=lambda neck: neck[0])
     if math.isfinite(thickness):
-        ends = droplets[thinnest].vertices[[i, j]]
-        axes.plot(*ends.T, color=palette.NECK, lw=2, solid_capstyle="round", zorder=3.5)
+        axes.plot(
+            *droplet.vertices[[i, j]].T,
+            color=palette.NECK,
+            lw=2,
+            solid_capstyle="round",
+            zorder=3.5,
+        )

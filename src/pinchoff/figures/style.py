@@ -7,13 +7,14 @@ A label gives its unit in parentheses: "speed (mm/s)". The colours are those of
 from __future__ import annotations
 
 import functools
+import io
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import numpy as np
@@ -120,6 +121,16 @@ def one_panel(height: float) -> Axes:
     return axes
 
 
+def panels(axes: Sequence[Axes] | None, width: float, height: float, **grid: Any) -> list[Axes]:
+    """Return the axes that were given, or else those of a new figure, row by row; sizes in inches.
+
+    `grid` is what `matplotlib.figure.Figure.subplots` takes.
+    """
+    if axes is not None:
+        return list(axes)
+    return list(new_figure(width, height).subplots(squeeze=False, **grid).flat)
+
+
 @functools.cache
 def _prepare_display() -> None:
     """Load pyplot's backend, before a context of settings takes back at its end what loading sets.
@@ -149,6 +160,15 @@ def ordered_colors(values: Iterable[float]) -> dict[float, Any]:
     ranked = sorted(set(values))
     shades = mpl.colormaps[palette.ORDERED_MAP](np.linspace(0.0, 0.88, max(2, len(ranked))))
     return {value: tuple(shade) for value, shade in zip(ranked, shades, strict=False)}
+
+
+def png(axes: Axes, dots_per_inch: float | Literal["figure"] = "figure") -> bytes:
+    """Return the figure of some axes as a PNG picture."""
+    figure = axes.figure
+    assert isinstance(figure, Figure)
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=dots_per_inch)
+    return stream.getvalue()
 
 
 def save(path: str | os.PathLike[str], axes: Axes) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,24 +17,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _BINS = 20
-
-
-class _Quantity(NamedTuple):
-    label: str
-    values: NDArray[np.float64]
-    limits: tuple[float, float] | None = None  # where they are fixed in advance
-
-
-def _quantities(table: pd.DataFrame) -> list[_Quantity]:
-    def column(name: str) -> NDArray[np.float64]:
-        return table[name].to_numpy(np.float64)
-
-    return [
-        _Quantity("$D$ (µm)", np.sqrt(4.0 * column("area_um2") / math.pi)),
-        _Quantity("$v$ (mm/s)", column("speed_mm_s")),
-        _Quantity("$S$", column("symmetry"), (0.0, 1.0)),
-        _Quantity("Ca (10⁻³)", 1e3 * column("capillary_number")),
-    ]
 
 
 def histograms(table: pd.DataFrame) -> list[Axes]:
@@ -52,17 +34,25 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
     """
     table = table[table["accepted"].astype(bool)]
     broke = table["broke"].fillna(False).to_numpy(bool)
+    names = ["area_um2", "speed_mm_s", "symmetry", "capillary_number"]
+    area, speed, symmetry, capillary = table[names].to_numpy(np.float64).T
+    quantities = {
+        "$D$ (µm)": np.sqrt(4.0 * area / math.pi),
+        "$v$ (mm/s)": speed,
+        "$S$": symmetry,
+        "Ca (10⁻³)": 1e3 * capillary,
+    }
     with style.journal_style():
-        figure = style.new_figure(style.TWO_COLUMNS, 2.0)
-        panels = list(figure.subplots(1, 4))
-        for panel, (label, values, limits) in zip(panels, _quantities(table), strict=True):
+        panels = style.panels(None, style.TWO_COLUMNS, 2.0, ncols=4)
+        for panel, (label, values) in zip(panels, quantities.items(), strict=True):
             measured = np.isfinite(values)
             panel.set_xlabel(label)
             if not measured.any():
                 panel.set(xticks=[], yticks=[])
                 panel.text(0.5, 0.5, "not measured", ha="center", transform=panel.transAxes)
                 continue
-            edges = np.histogram_bin_edges(values[measured], _BINS, limits)
+            limits = (0.0, 1.0) if values is symmetry else None
+            edges = np.histogram_bin_edges(values[measured], _BINS, limits).tolist()
             panel.hist(
                 [values[measured & broke], values[measured & ~broke]],
                 edges,
@@ -73,15 +63,14 @@ def histograms(table: pd.DataFrame) -> list[Axes]:
             panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
         panels[0].set_ylabel("collisions")
         named = panels[0].get_legend_handles_labels()
-        figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars
+        panels[0].figure.legend(*named, loc="outside upper right", ncols=2)  # clear of the bars
     return panels
 
 
 def diameters(areas_um2: NDArray[np.float64]) -> Axes:
     """Draw a histogram of the diameters of circles with some areas, shape (n,), in µm²."""
     with style.journal_style():
-        figure = style.new_figure(style.ONE_COLUMN, 2.0)
-        panel = figure.subplots()
+        panel = style.one_panel(2.0)
         panel.hist(np.sqrt(4.0 * areas_um2 / math.pi), _BINS, color=palette.UNBROKEN)
         panel.set(xlabel="$D$ (µm)", ylabel="droplets")
         panel.yaxis.set_major_locator(MaxNLocator(5, integer=True))
@@ -97,18 +86,19 @@ def timeline(table: pd.DataFrame) -> Axes:
         Collisions with the column ``clip``.
     """
     clips = list(dict.fromkeys(table["clip"]))
-    kinds = {"broke": palette.BROKE, "did not": palette.UNBROKEN, "rejected": palette.REJECTED}
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
-    chosen = {"broke": accepted & broke, "did not": accepted & ~broke, "rejected": ~accepted}
+    kinds = (
+        ("broke", palette.BROKE, accepted & broke),
+        ("did not", palette.UNBROKEN, accepted & ~broke),
+        ("rejected", palette.REJECTED, ~accepted),
+    )
     rows = np.array([clips.index(clip) for clip in table["clip"]], dtype=np.float64)
     times = table["contact_time_s"].to_numpy(np.float64)
     with style.journal_style():
         height = 0.9 + 0.18 * max(1, len(clips))
-        figure = style.new_figure(style.TWO_COLUMNS, height)
-        axes = figure.add_subplot()
-        for kind, colour in kinds.items():
-            mask = chosen[kind]
+        (axes,) = style.panels(None, style.TWO_COLUMNS, height)
+        for kind, colour, mask in kinds:
             axes.vlines(times[mask], rows[mask] - 0.4, rows[mask] + 0.4, colour, lw=1, label=kind)
         axes.set(xlabel="time of contact (s)", yticks=range(len(clips)), yticklabels=clips)
         axes.invert_yaxis()

@@ -5,22 +5,22 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from pinchoff.collisions.law import ARGUMENTS, Line, breakup_number_of, breakup_probability
-from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, MEANINGS, Form
+from pinchoff.fits.form import EXPONENTS, LOGARITHMIC, MEANINGS
 from pinchoff.fits.intervals import (
     PROFILE,
     Bootstrap,
+    Optimum,
     bootstrap,
     delta_intervals,
     profile_intervals,
     scaled_errors,
     upper_bound_of_width,
 )
-from pinchoff.fits.likelihood import Equation, Likelihood, Maximum
 from pinchoff.support.drawing import Drawable
 from pinchoff.support.errors import InputError
 from pinchoff.support.interval import Estimate
@@ -33,22 +33,6 @@ if TYPE_CHECKING:
     from pinchoff.support.progress import Show
 
 _MOST_OF_FIRST_ORDER = 0.5  # largest standard error of a logarithm for which first order is enough
-
-
-class Optimum(NamedTuple):
-    """The maximum of the likelihood, or a substitute where there is none.
-
-    The numbers in ``values`` are on the scale of `Form.scaled`, w among them unless there is a
-    step. ``held`` and ``narrowest`` are as of `profile_intervals`.
-    """
-
-    likelihood: Likelihood
-    best: Maximum
-    values: dict[str, float]
-    step: str = ""
-    gap: float = math.nan
-    held: tuple[Equation, ...] = ()
-    narrowest: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -91,7 +75,6 @@ class LawFit(Drawable):
     gap: float
     synthetic: bool
     used: pd.DataFrame
-    _form: Form
     _found: Optimum
 
     @cached_property
@@ -103,7 +86,7 @@ class LawFit(Drawable):
         """
         if self.step:
             return self.profile()
-        errors = scaled_errors(self._form, self._found.best)
+        errors = scaled_errors(self._found.form, self._found.best)
         uncertain = max(errors[name] for name in LOGARITHMIC) > _MOST_OF_FIRST_ORDER
         return self.profile() if uncertain else self.delta()
 
@@ -130,7 +113,7 @@ class LawFit(Drawable):
     @property
     def aic(self) -> float:
         """Akaike's information criterion, 2k - 2 ln L."""
-        return 2.0 * self._form.size - 2.0 * self.log_likelihood
+        return 2.0 * self._found.form.size - 2.0 * self.log_likelihood
 
     def breakup_number(self, table: pd.DataFrame) -> NDArray[np.float64]:
         """Return Bk of collisions, shape (n,), with the exponents that were fitted."""
@@ -233,7 +216,7 @@ class LawFit(Drawable):
             The outcomes do not overlap: the likelihood has no curvature.
         """
         self._require_maximum("delta")
-        return delta_intervals(self._form, self._found.best, self.confidence)
+        return delta_intervals(self._found.form, self._found.best, self.confidence)
 
     def profile(self) -> dict[str, Estimate]:
         """Return intervals by the profile likelihood; where w = 0, an upper bound of it.
@@ -248,20 +231,11 @@ class LawFit(Drawable):
         if self.step:
             steps = dict.fromkeys(self._found.values, max(0.01, self.gap if self.gap > 0 else 0.0))
         else:
-            steps = scaled_errors(self._form, self._found.best)
-        found = profile_intervals(
-            self._form,
-            self._found.likelihood,
-            self._found.best,
-            self._found.values,
-            steps,
-            self.confidence,
-            self._found.held,
-            self._found.narrowest,
-        )
+            steps = scaled_errors(self._found.form, self._found.best)
+        found = profile_intervals(self._found, steps, self.confidence)
         if self.step:
             found["w"] = self._bound()
-        return {name: found[name] for name in self._form.names}
+        return {name: found[name] for name in self._found.form.names}
 
     def bootstrap(
         self,
@@ -298,9 +272,7 @@ class LawFit(Drawable):
         """
         self._require_maximum("bootstrap")
         return bootstrap(
-            self._form,
-            self._found.likelihood,
-            self._found.best,
+            self._found,
             self.count,
             samples=samples,
             fraction=fraction,
@@ -331,9 +303,7 @@ class LawFit(Drawable):
 
     def _bound(self) -> Estimate:
         guess = math.log(max(self._found.narrowest, self.gap / 5.0 if self.gap > 0 else 0.0))
-        high = upper_bound_of_width(
-            self._form, self._found.likelihood, self._found.best, guess, self.confidence
-        )
+        high = upper_bound_of_width(self._found, guess, self.confidence)
         return Estimate(0.0, 0.0, high, f"{PROFILE}, upper bound")
 
     def _require_maximum(self, method: str) -> None:

@@ -140,11 +140,7 @@ class Form:
     def scaled(self, coefficients: Floats) -> dict[str, float]:
         """Return the numbers of the law, those in `LOGARITHMIC` as logarithms, by their keys.
 
-        Where the coefficients do not have the signs that the law asks for (c1, c2 > 0), NaN.
-
-        Parameters
-        ----------
-        coefficients : ndarray, shape (k,)
+        Where the coefficients, (k,), do not have the signs that the law asks for (c1, c2 > 0), NaN.
         """
         c0, c1, c2 = coefficients[:_FIRST_FREE].tolist()
         if not (c1 > 0 and c2 > 0):
@@ -173,15 +169,7 @@ class Form:
         return {name: found[name] for name in self.names}
 
     def equation(self, name: str, scaled: float) -> Equation:
-        """Return (a, b) such that a·c = b where a number of the law has a value.
-
-        Parameters
-        ----------
-        name : str
-            One of `names`.
-        scaled : float
-            The value, as its logarithm for those in `LOGARITHMIC`.
-        """
+        """Return (a, b) such that a·c = b where one of `names` has a value, on `scaled`'s scale."""
         row = np.zeros(self.size)
         if name == "w":
             row[_FORCING] = 1.0

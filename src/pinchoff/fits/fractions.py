@@ -8,8 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pinchoff.fits.intervals import normal_quantile
-
 Floats = NDArray[np.float64]
 
 
@@ -40,18 +38,7 @@ class Fractions(NamedTuple):
 def broken_fractions(
     breakup_number: Floats, broke: NDArray[np.bool_], edges: Floats, confidence: float = 0.95
 ) -> Fractions:
-    """Count collisions in bins of Bk.
-
-    Parameters
-    ----------
-    breakup_number : ndarray, shape (n,)
-        Bk, positive.
-    broke : ndarray of bool, shape (n,)
-    edges : ndarray, shape (b + 1,)
-        Ascending; collisions beyond them are left out.
-    confidence : float, optional
-        Of the intervals.
-    """
+    """Count collisions, (n,), in bins of Bk; those beyond the edges, (b + 1,), are left out."""
     bins = np.digitize(breakup_number, edges) - 1
     inside = (bins >= 0) & (bins < len(edges) - 1)
     bins, broke = bins[inside], broke[inside]
@@ -67,16 +54,7 @@ def broken_fractions(
 def wilson_interval(
     broke: NDArray[np.intp], total: NDArray[np.intp], confidence: float
 ) -> tuple[Floats, Floats]:
-    """Return Wilson's interval of a binomial share, which stays within 0 and 1 for few counts.
-
-    Parameters
-    ----------
-    broke, total : ndarray of int, shape (b,)
-    confidence : float
-
-    Returns
-    -------
-    low, high : ndarray, shape (b,)
+    """Return the ends, (b,), of Wilson's interval of a binomial share: within 0 and 1.
 
     Examples
     --------
@@ -84,14 +62,11 @@ def wilson_interval(
     >>> low.round(3).tolist(), high.round(3).tolist()
     ([0.0, 0.237], [0.278, 0.763])
     """
-    z = normal_quantile(confidence)
-    share = broke / total
-    scale = 1.0 / (1.0 + z**2 / total)
-    middle = scale * (share + z**2 / (2 * total))
-    reach = scale * z * np.sqrt(share * (1.0 - share) / total + (z / (2 * total)) ** 2)
-    low = np.where(broke == 0, 0.0, middle - reach)
-    high = np.where(broke == total, 1.0, middle + reach)
-    return np.maximum(low, 0.0), np.minimum(high, 1.0)
+    from scipy.stats import binomtest  # slow to import
+
+    shares = [binomtest(k, n) for k, n in zip(broke.tolist(), total.tolist(), strict=True)]
+    ends = [share.proportion_ci(confidence, method="wilson") for share in shares]
+    return np.array([end.low for end in ends]), np.array([end.high for end in ends])
 
 
 def merged_edges(values: Floats, edges: Floats, fewest: int) -> Floats:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,24 @@ BOOTSTRAP = "bootstrap"
 
 _FARTHEST = 40.0  # from the value, in logarithms and exponents: ends are not sought farther away
 _PRECISION = 1e-4  # of the ends of a profile's interval, relative to its half width
+
+
+class Optimum(NamedTuple):
+    """The maximum of the likelihood, or a substitute where there is none.
+
+    The numbers in ``values`` are on the scale of `Form.scaled`, w among them unless there is a
+    step. The equations in ``held`` hold of the coefficients throughout. ``narrowest`` is the least
+    w that the likelihood resolves; an interval that goes on below ends at 0.
+    """
+
+    form: Form
+    likelihood: Likelihood
+    best: Maximum
+    values: dict[str, float]
+    step: str = ""
+    gap: float = math.nan
+    held: tuple[Equation, ...] = ()
+    narrowest: float = 0.0
 
 
 def normal_quantile(confidence: float) -> float:
@@ -50,77 +69,50 @@ def scaled_errors(form: Form, best: Maximum) -> dict[str, float]:
 def delta_intervals(form: Form, best: Maximum, confidence: float) -> dict[str, Estimate]:
     """Carry the covariance of the coefficients over to the numbers of the law, to first order."""
     reach = normal_quantile(confidence)
-    errors = scaled_errors(form, best)
+    errors = {name: reach * error for name, error in scaled_errors(form, best).items()}
     return {
-        name: _estimate(name, value, reach * errors[name], reach * errors[name], DELTA)
+        name: _estimate(name, value, errors[name], errors[name], DELTA)
         for name, value in form.scaled(best.coefficients).items()
     }
 
 
 def profile_intervals(
-    form: Form,
-    likelihood: Likelihood,
-    best: Maximum,
-    values: dict[str, float],
-    steps: dict[str, float],
-    confidence: float,
-    held: Sequence[Equation] = (),
-    narrowest: float = 0.0,
+    found: Optimum, steps: dict[str, float], confidence: float
 ) -> dict[str, Estimate]:
     """Return where the likelihood, at its greatest over all other numbers, is not too small.
 
     Twice the difference of the log-likelihoods is at most the quantile of χ² with one degree of
-    freedom.
-
-    Parameters
-    ----------
-    form : Form
-    likelihood : Likelihood
-    best : Maximum
-        Where it is greatest, or where a search for that gave up.
-    values, steps : dict of str to float
-        Where to begin, on the scale of `Form.scaled`, and a first guess of the standard error.
-    confidence : float
-    held : sequence of equations, optional
-        What holds of the coefficients throughout.
-    narrowest : float, optional
-        The least w that the likelihood resolves; an interval that goes on below ends at 0.
+    freedom. The steps are a first guess of the standard errors.
     """
     reach = normal_quantile(confidence)
-    found = {}
-    for name, value in values.items():
-        root = _DevianceRoot(form, likelihood, best, name, held)
-        below = value - math.log(narrowest) if name == "w" and narrowest else _FARTHEST
+    intervals = {}
+    for name, value in found.values.items():
+        root = _DevianceRoot(found, name, found.held)
+        bounded = name == "w" and found.narrowest
+        below = value - math.log(found.narrowest) if bounded else _FARTHEST
         down = _distance(root, value, -steps[name], reach, below)
         up = _distance(root, value, steps[name], reach, _FARTHEST)
-        found[name] = _estimate(name, value, down, up, PROFILE)
-    return found
+        intervals[name] = _estimate(name, value, down, up, PROFILE)
+    return intervals
 
 
 class _DevianceRoot:
     """The root of the deviance along one number; nearly proportional to the distance."""
 
-    def __init__(
-        self,
-        form: Form,
-        likelihood: Likelihood,
-        best: Maximum,
-        name: str,
-        held: Sequence[Equation] = (),
-    ) -> None:
-        self._form, self._likelihood, self._best, self._name = form, likelihood, best, name
-        self._held = held
-        self._near = best.coefficients  # of the last place: the next one is not far
+    def __init__(self, found: Optimum, name: str, held: Sequence[Equation] = ()) -> None:
+        self._found, self._name, self._held = found, name, held
+        self._near = found.best.coefficients  # of the last place: the next one is not far
 
     def at(self, scaled: float) -> float:
-        constraint = Constraint.of([self._form.equation(self._name, scaled), *self._held])
+        equation = self._found.form.equation(self._name, scaled)
+        constraint = Constraint.of([equation, *self._held])
         near = self._near
         if self._name == "w":  # the width never turns a line around
             near = near * (math.exp(-scaled) / near[1])
         start = constraint.nearest(near)
-        found = maximum(self._likelihood, constraint, start)
-        self._near = found.coefficients
-        return math.sqrt(max(0.0, 2.0 * (self._best.value - found.value)))
+        highest = maximum(self._found.likelihood, constraint, start)
+        self._near = highest.coefficients
+        return math.sqrt(max(0.0, 2.0 * (self._found.best.value - highest.value)))
 
 
 def _distance(
@@ -150,26 +142,16 @@ def _distance(
         raise InputError.of("table", rule, "a likelihood without a clear maximum", advice) from None
 
 
-def upper_bound_of_width(
-    form: Form, likelihood: Likelihood, best: Maximum, guess: float, confidence: float
-) -> float:
+def upper_bound_of_width(found: Optimum, guess: float, confidence: float) -> float:
     """Return the largest w that the collisions allow, for fits that give w = 0.
 
     One-sided: the deviance is at most the square of the normal quantile of `confidence`. At least
-    `guess`.
-
-    Parameters
-    ----------
-    form, likelihood, best
-        As of `profile_intervals`.
-    guess : float
-        Of ln w.
-    confidence : float
+    exp(guess).
     """
     from scipy.optimize import brentq
 
     reach = normal_quantile(2.0 * confidence - 1.0)
-    root = _DevianceRoot(form, likelihood, best, "w")
+    root = _DevianceRoot(found, "w")
     low, high = guess, guess
     if root.at(low) > reach:
         return math.exp(guess)
@@ -204,9 +186,7 @@ class Bootstrap:
 
 
 def bootstrap(
-    form: Form,
-    likelihood: Likelihood,
-    best: Maximum,
+    found: Optimum,
     count: int,
     *,
     samples: int,
@@ -218,61 +198,35 @@ def bootstrap(
     """Fit random parts of n collisions, each drawn without replacement.
 
     The variance of fits to m of n collisions about the fit to all is (n - m)/m times that of the
-    fit to all: for half of them, the paper's choice, the two are equal.
-
-    Parameters
-    ----------
-    form : Form
-    likelihood : Likelihood
-    best : Maximum
-    count : int
-        Collisions, n.
-    samples : int
-        Parts.
-    fraction : float
-        Of the collisions that are in a part, m/n.
-    seed : int
-        The same seed gives the same parts.
-    confidence : float
-    show : callable, optional
-        Moves a progress bar.
-
-    Raises
-    ------
-    InputError
-        An argument is wrong, or more than half of the parts have no fit.
+    fit to all: for half of them, the paper's choice, the two are equal. Here n is `count`, and m/n
+    the `fraction`. Refused if more than half of the parts have no fit.
     """
     require_parts(samples, fraction, count)
     generator = np.random.default_rng(seed)
     size = max(1, round(fraction * count))
-    found: list[list[float]] = []
+    fitted: list[list[float]] = []
     for k in range(samples):
         rows = np.sort(generator.choice(count, size, replace=False))
-        part = maximum(likelihood.subset(rows), start=best.coefficients)
-        numbers = list(form.scaled(part.coefficients).values())
+        part = maximum(found.likelihood.subset(rows), start=found.best.coefficients)
+        numbers = list(found.form.scaled(part.coefficients).values())
         if not part.doubtful and all(map(math.isfinite, numbers)):
-            found.append(numbers)
+            fitted.append(numbers)
         if show is not None:
             show(k + 1)
-    if len(found) <= samples / 2:
+    if len(fitted) <= samples / 2:
         rule = "such that most parts of the collisions can be fitted"
         advice = "raise it, or use the profile likelihood"
-        raise InputError.of("fraction", rule, f"{len(found)} of {samples} parts with a fit", advice)
-    return _bootstrap_of(form, best, np.array(found), samples, size, count, confidence)
-
-
-def _bootstrap_of(
-    form: Form, best: Maximum, found: Floats, samples: int, size: int, count: int, confidence: float
-) -> Bootstrap:
-    values = form.scaled(best.coefficients)
-    errors = (found.std(axis=0, ddof=1) * math.sqrt(size / (count - size))).tolist()
+        raise InputError.of(
+            "fraction", rule, f"{len(fitted)} of {samples} parts with a fit", advice
+        )
+    parts = np.array(fitted)
+    errors = (parts.std(axis=0, ddof=1) * math.sqrt(size / (count - size))).tolist()
     reach = normal_quantile(confidence)
     estimates, spread = {}, {}
-    for k, (name, value) in enumerate(values.items()):
+    for k, (name, value) in enumerate(found.form.scaled(found.best.coefficients).items()):
         estimates[name] = _estimate(name, value, reach * errors[k], reach * errors[k], BOOTSTRAP)
-        numbers = [unscaled(name, scaled) for scaled in found[:, k].tolist()]
-        spread[name] = float(np.std(numbers, ddof=1))
-    return Bootstrap(estimates, spread, samples, samples - len(found), size)
+        spread[name] = float(np.std([unscaled(name, x) for x in parts[:, k].tolist()], ddof=1))
+    return Bootstrap(estimates, spread, samples, samples - len(parts), size)
 
 
 def require_parts(samples: int, fraction: float, count: int) -> None:

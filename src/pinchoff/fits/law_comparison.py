@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -43,10 +42,7 @@ class _Law(NamedTuple):
 def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[str]) -> pd.DataFrame:
     """Fit the law with every exponent free that the data can decide, and simpler laws.
 
-    Parameters
-    ----------
-    table : DataFrame, ImportedCollisions or path
-        As of `pinchoff.fit_law`.
+    The table is as `pinchoff.fit_law` takes it.
 
     Returns
     -------
@@ -69,6 +65,7 @@ def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[st
     >>> bool(laws.set_index("law").loc["without symmetry", "p_value"] < 1e-6)
     True
     """
+    import pandas as pd
     from scipy.stats import chi2
 
     imported = checked_collisions(table)
@@ -91,12 +88,6 @@ def compare_laws(table: pd.DataFrame | ImportedCollisions | str | os.PathLike[st
         size = form.size - freedom
         aic = 2.0 * size - 2.0 * value
         found.append((law.name, law.claim, size, value, aic, 0.0, ratio, freedom, p_value))
-    return _frame(found)
-
-
-def _frame(found: Sequence[tuple[object, ...]]) -> pd.DataFrame:
-    import pandas as pd
-
     frame = pd.DataFrame(found, columns=list(COLUMNS))
     frame["delta_aic"] = frame["aic"] - frame["aic"].min()
     frame.attrs["units"] = dict(COLUMNS)

@@ -12,8 +12,9 @@ import numpy as np
 
 from pinchoff.collisions.importing import ImportedCollisions, checked_collisions
 from pinchoff.collisions.reasons import NO_SYMMETRY
-from pinchoff.fits.fitted_law import LawFit, Optimum
+from pinchoff.fits.fitted_law import LawFit
 from pinchoff.fits.form import Form, free_names
+from pinchoff.fits.intervals import Optimum
 from pinchoff.fits.likelihood import Constraint, Floats, LogisticLikelihood, maximum
 from pinchoff.fits.noise import NoisyLikelihood
 from pinchoff.fits.rows import Rows, rows_of
@@ -98,7 +99,6 @@ def fit_law(
         gap=found.gap,
         synthetic=imported.synthetic,
         used=imported.table.iloc[np.sort(rows.places)],
-        _form=form,
         _found=found,
     )
     _warn_of_few(fit)
@@ -126,14 +126,14 @@ def _found_plain(rows: Rows, form: Form) -> Optimum:
         gap = widest_gap(rows.features, rows.broke, best.coefficients)
     if gap.half_width < 0:
         values = _require_law(form.scaled(best.coefficients), best.coefficients)
-        return Optimum(likelihood, best, values)
+        return Optimum(form, likelihood, best, values)
     values = _require_law(form.scaled(gap.coefficients), gap.coefficients)
     del values["w"]
     step = (
         "a line separates the collisions that broke from the others without exception; "
         f"the nearest to it are a factor {math.exp(min(gap.half_width, 100.0)):.4g} in Bk away"
     )
-    return Optimum(likelihood, best, values, step, gap.half_width, (), _NARROWEST)
+    return Optimum(form, likelihood, best, values, step, gap.half_width, (), _NARROWEST)
 
 
 def _found_noisy(rows: Rows, form: Form, symmetry_noise: float) -> Optimum:
@@ -143,7 +143,7 @@ def _found_noisy(rows: Rows, form: Form, symmetry_noise: float) -> Optimum:
     narrowest = likelihood.narrowest
     values = _require_law(form.scaled(best.coefficients), best.coefficients)
     if not best.doubtful and values["w"] > math.log(narrowest):
-        return Optimum(likelihood, best, values, narrowest=narrowest)
+        return Optimum(form, likelihood, best, values, narrowest=narrowest)
     held = (form.equation("w", math.log(narrowest)),)
     constraint = Constraint.of(held)
     near = best.coefficients / (narrowest * best.coefficients[1])
@@ -151,7 +151,7 @@ def _found_noisy(rows: Rows, form: Form, symmetry_noise: float) -> Optimum:
     values = _require_law(form.scaled(best.coefficients), best.coefficients)
     del values["w"]
     step = f"noise of {symmetry_noise:g} in S explains all of the overlap"
-    return Optimum(likelihood, best, values, step, math.nan, held, narrowest)
+    return Optimum(form, likelihood, best, values, step, math.nan, held, narrowest)
 
 
 def _require_law(values: dict[str, float], coefficients: Floats) -> dict[str, float]:
@@ -176,7 +176,7 @@ def _warn_of_left_out(fit: LawFit) -> None:
 
 def _warn_of_few(fit: LawFit) -> None:
     rarer = min(fit.broke_count, fit.count - fit.broke_count)
-    if fit.count >= FEW_ROWS and (fit.step or rarer >= _FEW_PER_COEFFICIENT * fit._form.size):
+    if fit.count >= FEW_ROWS and (fit.step or rarer >= _FEW_PER_COEFFICIENT * fit._found.form.size):
         return
     beta = fit.beta
     wide = f"{beta.high - beta.low:.3g} wide" if math.isfinite(beta.low) else "without an end"

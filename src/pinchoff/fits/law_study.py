@@ -88,17 +88,7 @@ def study_law(
 ) -> LawStudy:
     """Fit the law, find its intervals in three ways, and compare it with other laws.
 
-    Parameters
-    ----------
-    table, free, symmetry_noise, confidence
-        As of `pinchoff.fit_law`.
-    samples, fraction, seed, progress
-        As of `LawFit.bootstrap`.
-
-    Raises
-    ------
-    InputError
-        As `pinchoff.fit_law`, or an argument of the bootstrap is wrong.
+    Arguments and refusals are those of `pinchoff.fit_law` and of `LawFit.bootstrap`.
     """
     collisions = checked_collisions(table)
     fit = fit_law(collisions, free=free, symmetry_noise=symmetry_noise, confidence=confidence)

@@ -124,11 +124,7 @@ class Maximum:
 class LogisticLikelihood:
     """ln L = Σ ln P(outcome), where P(break) = 1/(1 + exp(-f·c)) [paper, eq. likelihood3].
 
-    Parameters
-    ----------
-    features : ndarray, shape (n, k)
-        f of each collision.
-    broke : ndarray of bool, shape (n,)
+    The rows of `features`, (n, k), are f of each collision.
     """
 
     def __init__(self, features: Floats, broke: NDArray[np.bool_]) -> None:
@@ -165,13 +161,7 @@ def maximum(
 ) -> Maximum:
     """Find the maximum by Newton's method, with steps halved until they ascend.
 
-    Parameters
-    ----------
-    likelihood : Likelihood
-        Of k coefficients.
-    constraint : Constraint, optional
-    start : ndarray, shape (m,), optional
-        Free numbers to start from; zeros by default.
+    It starts from the free numbers `start`, shape (m,); by default from zeros.
     """
     if constraint is None:
         constraint = Constraint(np.eye(likelihood.size), np.zeros(likelihood.size))

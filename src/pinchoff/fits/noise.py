@@ -31,18 +31,9 @@ _KEPT = 4_000_000  # weights that are kept rather than computed anew at each eva
 
 
 def reflected_normal(measured: Floats, true: Floats, noise: float) -> Floats:
-    """Return the density of measured symmetries given true ones, reflected at 0 and 1.
+    """Return the density, (n, g), of measured symmetries, (n,), given true ones, (g,).
 
-    Parameters
-    ----------
-    measured : ndarray, shape (n,)
-    true : ndarray, shape (g,)
-    noise : float
-        Standard error.
-
-    Returns
-    -------
-    ndarray, shape (n, g)
+    Their error is normal, of standard error `noise`, and reflected at 0 and 1.
     """
     rows = measured[:, None]
     distances = (rows - true, rows + true, 2.0 - rows - true)
@@ -51,20 +42,10 @@ def reflected_normal(measured: Floats, true: Floats, noise: float) -> Floats:
 
 
 def true_distribution(measured: Floats, noise: float) -> tuple[Floats, Floats]:
-    """Return true symmetries and how frequent each is, from measured ones.
+    """Return true symmetries, (g,), and how frequent each is, (g,), from measured ones, (n,).
 
     Expectation maximisation from an even distribution, until a step gains next to nothing: that
-    also keeps it smooth.
-
-    Parameters
-    ----------
-    measured : ndarray, shape (n,)
-    noise : float
-
-    Returns
-    -------
-    true, share : ndarray, shape (g,)
-        The shares add up to 1.
+    also keeps it smooth. The shares add up to 1.
     """
     count = int(np.clip(math.ceil(_PER_ERROR / noise), _FEWEST, _MOST))
     true = (np.arange(count) + 0.5) / count
@@ -93,17 +74,9 @@ class _Piece(NamedTuple):
 
 
 class NoisyLikelihood:
-    """ln L of outcomes with a noisy symmetry.
+    """ln L of n outcomes with a measured symmetry, (n,), whose standard error is `noise`.
 
-    Parameters
-    ----------
-    features : ndarray, shape (n, k)
-        As of `pinchoff.fits.form.Form`; the third, ln S, is that of the measured symmetry.
-    symmetry : ndarray, shape (n,)
-        Measured.
-    broke : ndarray of bool, shape (n,)
-    noise : float
-        Standard error of the symmetry.
+    Features, (n, k), are as of `pinchoff.fits.form.Form`; the third is ln S as measured.
     """
 
     def __init__(

@@ -49,22 +49,11 @@ class Rows:
 
 
 def rows_of(table: pd.DataFrame, form: Form) -> Rows:
-    """Gather what a fit needs from a checked table of collisions.
+    """Gather what a fit needs from a table that `pinchoff.import_collisions` returned.
 
     The rows are sorted by their numbers, so that their order in the table does not show in any
-    digit of a result.
-
-    Parameters
-    ----------
-    table : DataFrame
-        As `pinchoff.import_collisions` returns it.
-    form : Form
-
-    Raises
-    ------
-    InputError
-        A column is missing, nothing is left, all outcomes are the same, or the rows do not
-        decide the exponents.
+    digit of a result. Refused are a table that lacks a column, outcomes that are all the same, and
+    rows that do not decide the exponents.
     """
     exponents = [EXPONENTS[name] for name in form.free]
     columns = [*GROUPS, "symmetry", *(exponent.column for exponent in exponents)]

@@ -40,13 +40,8 @@ class Gap(NamedTuple):
 def widest_gap(features: Floats, broke: NDArray[np.bool_], near: Floats) -> Gap:
     """Find the line with the widest gap between broken and unbroken collisions.
 
-    Parameters
-    ----------
-    features : ndarray, shape (n, k)
-        As of `pinchoff.fits.form.Form`: the coefficient of the second one is 1.
-    broke : ndarray of bool, shape (n,)
-    near : ndarray, shape (k,)
-        Coefficients of a line near it, such as where a search for the maximum gave up.
+    Features, (n, k), are as of `pinchoff.fits.form.Form`: the coefficient of the second one is 1.
+    `near` holds the coefficients, (k,), of a line near it.
     """
     signed = np.where(broke[:, None], features, -features)
     margins = signed @ near

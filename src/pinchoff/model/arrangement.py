@@ -29,17 +29,9 @@ MOST_VERTICES = 4096
 
 
 def obstacle_circles(parameters: Parameters, obstacles: ArrayLike | None) -> Floats:
-    """Return centre x, y and radius of each obstacle, D0.
+    """Return centre x, y and radius of each obstacle, shape (M, 3), D0.
 
-    Parameters
-    ----------
-    parameters : Parameters
-    obstacles : array_like, shape (M, 3), optional
-        By default one of radius 1/size_ratio at the origin.
-
-    Returns
-    -------
-    ndarray, shape (M, 3)
+    By default there is one of radius 1/size_ratio at the origin.
 
     Raises
     ------
@@ -56,19 +48,10 @@ def obstacle_circles(parameters: Parameters, obstacles: ArrayLike | None) -> Flo
 def droplet_circles(
     parameters: Parameters, droplets: ArrayLike | None, obstacles: Floats
 ) -> Floats:
-    """Return start x, y and diameter of each droplet, D0.
+    """Return start x, y and diameter of each droplet, shape (K, 3), D0.
 
-    Parameters
-    ----------
-    parameters : Parameters
-    droplets : array_like, shape (K, 3), optional
-        By default one of diameter 1 at (-start_distance, offset).
-    obstacles : ndarray, shape (M, 3)
-        What `obstacle_circles` returned.
-
-    Returns
-    -------
-    ndarray, shape (K, 3)
+    By default there is one of diameter 1 at (-start_distance, offset). The obstacles are those that
+    `obstacle_circles` returned.
 
     Raises
     ------

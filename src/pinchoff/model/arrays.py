@@ -57,20 +57,25 @@ class PillarArray:
     width: float
 
     def __post_init__(self) -> None:
-        circles = np.array(self.circles, dtype=np.float64)  # a copy: nobody else may change it
+        advice = "give one row of x, y and radius for each pillar"
+        try:
+            circles = np.array(self.circles, dtype=np.float64)  # a copy: nobody else may change it
+        except (TypeError, ValueError) as error:
+            raise InputError.of("circles", "numbers", str(error), advice) from None
         if circles.ndim != 2 or circles.shape[1] != 3 or not len(circles):
-            advice = "give one row of x, y and radius for each pillar"
             raise InputError.of("circles", "of shape (M, 3)", f"shape {circles.shape}", advice)
-        checked_positive("length", self.length, "give it in D0")
-        checked_positive("width", self.width, "give it in D0")
-        if not np.isfinite(circles).all() or not (circles[:, 2] > 0).all():
-            worst = int(np.flatnonzero(~np.isfinite(circles).all(1) | ~(circles[:, 2] > 0))[0])
+        for name in ("length", "width"):
+            period = checked_positive(name, getattr(self, name), "give it in D0")
+            object.__setattr__(self, name, period)
+        wrong = ~np.isfinite(circles).all(axis=1) | ~(circles[:, 2] > 0)
+        if wrong.any():
+            worst = int(np.argmax(wrong))
             rule = "finite, with positive radii"
             raise InputError.of(f"circles[{worst}]", rule, circles[worst].tolist(), "mend the row")
         size = np.array([self.length, self.width])
         outside = ((circles[:, :2] < 0) | (circles[:, :2] >= size)).any(axis=1)
         if outside.any():
-            worst = int(np.flatnonzero(outside)[0])
+            worst = int(np.argmax(outside))
             rule = f"in the cell from (0, 0) to ({self.length:g}, {self.width:g})"
             got = circles[worst].tolist()
             raise InputError.of(f"circles[{worst}]", rule, got, "move the centre by a period")
@@ -89,8 +94,20 @@ class PillarArray:
 
     @property
     def gaps(self) -> Floats:
-        """Width of the gap from each pillar to its nearest neighbour, shape (M,), D0."""
-        return _gaps(self.circles, self.length, self.width)
+        """Gap of each pillar to its nearest neighbour, or an image of one or itself, (M,), D0."""
+        largest = float(self.circles[:, 2].max())
+        shifts = [(i * self.length, j * self.width, 0.0) for i in (0, -1, 1) for j in (0, -1, 1)]
+        images = np.concatenate([self.circles + np.array(shift) for shift in shifts])
+        tree = cKDTree(images[:, :2])
+        gaps = np.empty(len(self.circles))
+        for k, (x, y, radius) in enumerate(self.circles):
+            # The nearest centre bounds the gap; only circles within that bound can be nearer.
+            distance, _ = tree.query((x, y), k=2)
+            near = tree.query_ball_point((x, y), distance[1] + 2.0 * largest)
+            others = images[[i for i in near if i != k]]
+            away = np.hypot(others[:, 0] - x, others[:, 1] - y)
+            gaps[k] = np.min(away - others[:, 2] - radius)
+        return gaps
 
     @property
     def least_gap(self) -> float:
@@ -138,9 +155,7 @@ def square(*, rows: int, columns: int, radius: float, gap: float) -> PillarArray
     >>> square(rows=1, columns=1, radius=0.5, gap=1.0).length
     2.0
     """
-    pitch = _pitch(radius, gap)
-    x, y = _lattice(rows, columns, pitch, pitch)
-    return _of_lattice(x, y, radius, columns * pitch, rows * pitch)
+    return _lattice(rows, columns, radius, gap)
 
 
 def staggered(*, rows: int, columns: int, radius: float, gap: float) -> PillarArray:
@@ -154,11 +169,7 @@ def staggered(*, rows: int, columns: int, radius: float, gap: float) -> PillarAr
     >>> len(staggered(rows=3, columns=4, radius=0.25, gap=0.5).circles)
     12
     """
-    _require_even("columns", columns)
-    pitch = _pitch(radius, gap)
-    x, y = _lattice(rows, columns, pitch, pitch)
-    y[:, 1::2] += 0.5 * pitch
-    return _of_lattice(x, y, radius, columns * pitch, rows * pitch)
+    return _lattice(rows, columns, radius, gap, every_other_moved=True)
 
 
 def hexagonal(*, rows: int, columns: int, radius: float, gap: float) -> PillarArray:
@@ -172,12 +183,7 @@ def hexagonal(*, rows: int, columns: int, radius: float, gap: float) -> PillarAr
     >>> round(array.length / array.width, 4) == round(3**0.5 / 2, 4)
     True
     """
-    _require_even("columns", columns)
-    pitch = _pitch(radius, gap)
-    step = pitch * math.sqrt(0.75)
-    x, y = _lattice(rows, columns, step, pitch)
-    y[:, 1::2] += 0.5 * pitch
-    return _of_lattice(x, y, radius, columns * step, rows * pitch)
+    return _lattice(rows, columns, radius, gap, math.sqrt(0.75), every_other_moved=True)
 
 
 def disordered(
@@ -212,9 +218,9 @@ def disordered(
     >>> len(array.circles), array.least_gap > 0.1999
     (24, True)
     """
-    for name, value in (("length", length), ("width", width), ("radius", radius)):
+    lengths = {"length": length, "width": width, "radius": radius, "least_gap": least_gap}
+    for name, value in lengths.items():
         checked_positive(name, value, "give it in D0")
-    checked_positive("least_gap", least_gap, "give it in D0")
     if not 0.0 < finite_or_nan(porosity) < 1.0:
         raise InputError.of("porosity", "between 0 and 1", porosity, "give the share of fluid")
     checked_whole("seed", seed, "use 0", low=0)
@@ -232,7 +238,7 @@ def disordered(
         rule = "such that the pillars fit with their gap"
         raise InputError.of("porosity", rule, got, "raise porosity, or lower least_gap")
     circles = np.column_stack([centres, np.full(count, radius)])
-    return PillarArray(circles[np.lexsort(circles.T[::-1])], float(length), float(width))
+    return PillarArray(circles[np.lexsort(circles.T[::-1])], length, width)
 
 
 def read(path: str | os.PathLike[str], *, length: float, width: float) -> PillarArray:
@@ -259,48 +265,37 @@ def read(path: str | os.PathLike[str], *, length: float, width: float) -> Pillar
         got = ", ".join(map(str, table.columns))
         rule = "a table with the columns x, y and radius"
         raise InputError.of("path", rule, got, "rename its columns; lengths are in D0")
-    columns = [table[names[name]].to_numpy(dtype=np.float64) for name in ("x", "y", "radius")]
-    return PillarArray(np.column_stack(columns), float(length), float(width))
-
-
-def _gaps(circles: Floats, length: float, width: float) -> Floats:
-    """Return each pillar's gap to its nearest neighbour or image of a neighbour, or of itself."""
-    largest = float(circles[:, 2].max())
-    shifts = [
-        (i * length, j * width, 0.0) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)
-    ]
-    images = np.concatenate([circles, *(circles + np.array(shift) for shift in shifts)])
-    tree = cKDTree(images[:, :2])
-    gaps = np.full(len(circles), np.inf)
-    for k, (x, y, radius) in enumerate(circles):
-        # The nearest centre bounds the gap; only circles within that bound can be nearer.
-        distance, _ = tree.query((x, y), k=2)
-        near = tree.query_ball_point((x, y), distance[1] + 2.0 * largest)
-        others = np.array([i for i in near if i != k])
-        away = np.hypot(images[others, 0] - x, images[others, 1] - y)
-        gaps[k] = np.min(away - images[others, 2] - radius)
-    return gaps
-
-
-def _pitch(radius: float, gap: float) -> float:
-    checked_positive("radius", radius, "give it in D0")
-    checked_positive("gap", gap, "give it in D0")
-    return 2.0 * radius + gap
-
-
-def _lattice(rows: int, columns: int, step_x: float, step_y: float) -> tuple[Floats, Floats]:
-    for name, value in (("rows", rows), ("columns", columns)):
-        checked_whole(name, value, "leave out the fraction", low=1)
-    _require_count("rows times columns", rows * columns)
-    x = (np.arange(columns) + 0.5) * step_x
-    y = (np.arange(rows) + 0.25) * step_y  # a column moved by half a pitch stays in the cell
-    grid_x, grid_y = np.meshgrid(x, y)
-    return grid_x, grid_y
-
-
-def _of_lattice(x: Floats, y: Floats, radius: float, length: float, width: float) -> PillarArray:
-    circles = np.column_stack([x.T.ravel(), y.T.ravel(), np.full(x.size, radius)])
+    circles = table[[names[name] for name in ("x", "y", "radius")]].to_numpy()
     return PillarArray(circles, length, width)
+
+
+def _lattice(
+    rows: int,
+    columns: int,
+    radius: float,
+    gap: float,
+    narrowing: float = 1.0,
+    *,
+    every_other_moved: bool = False,
+) -> PillarArray:
+    """Return columns that are `narrowing` pitches apart; every other one may be half a pitch up."""
+    for name, length in (("radius", radius), ("gap", gap)):
+        checked_positive(name, length, "give it in D0")
+    for name, count in (("rows", rows), ("columns", columns)):
+        checked_whole(name, count, "leave out the fraction", low=1)
+    if every_other_moved and columns % 2:
+        advice = "add one: the last column meets the first across the cell's edge"
+        raise InputError.of("columns", "even", columns, advice)
+    _require_count("rows times columns", rows * columns)
+    pitch = 2.0 * radius + gap
+    step = pitch * narrowing
+    x = (np.arange(columns) + 0.5) * step
+    y = (np.arange(rows) + 0.25) * pitch  # a column moved by half a pitch stays in the cell
+    grid_x, grid_y = np.meshgrid(x, y)
+    if every_other_moved:
+        grid_y[:, 1::2] += 0.5 * pitch
+    circles = np.column_stack([grid_x.T.ravel(), grid_y.T.ravel(), np.full(grid_x.size, radius)])
+    return PillarArray(circles, columns * step, rows * pitch)
 
 
 def _placed(
@@ -338,12 +333,6 @@ def _pushed_apart(centres: Floats, size: Floats, apart: float) -> bool:
         centres %= size
         centres[centres >= size] = 0.0  # round-off at the far edge
     return False
-
-
-def _require_even(name: str, value: int) -> None:
-    if value % 2:
-        advice = "add one: the last column meets the first across the cell's edge"
-        raise InputError.of(name, "even", value, advice)
 
 
 def _require_count(name: str, count: int) -> None:

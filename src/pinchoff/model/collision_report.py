@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from pinchoff.collisions.schema import units
+from pinchoff.support.records import jsonable
 
 if TYPE_CHECKING:
     from pinchoff.model.results import Collision
@@ -14,13 +14,7 @@ _PHYSICAL_RESULTS = ("contact_time_s", "area_um2", "speed_mm_s", "neck_um")
 
 
 def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
-    """Return the content of collision.json.
-
-    Parameters
-    ----------
-    collision : Collision
-    preset : str
-        Name of the preset from which its parameters come.
+    """Return the content of collision.json; the parameters come from a preset of that name.
 
     Examples
     --------
@@ -31,11 +25,11 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
     """
     from pinchoff import __version__
 
-    parameters, row = collision.parameters, collision.to_row()
+    parameters, row = collision.parameters, jsonable(collision.to_row())
     results = collision.to_dict()
     given = results.pop("parameters")
     if parameters.scale is not None:
-        results.update({name: _finite(row[name]) for name in _PHYSICAL_RESULTS})
+        results.update({name: row[name] for name in _PHYSICAL_RESULTS})
     return {
         "pinchoff_version": __version__,
         "preset": preset,
@@ -44,11 +38,11 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
             "capillary_number": parameters.capillary_number,
             "normalized_area": parameters.normalized_area,
             "normalized_thickness": parameters.normalized_thickness,
-            "breakup_number": _finite(row["breakup_number"]),
+            "breakup_number": row["breakup_number"],
             "effective_time_step": parameters.effective_time_step,
         },
         "results": results,
-        "row": {name: _finite(value) for name, value in row.items()},
+        "row": row,
         "units": {
             **{name: unit for name, unit in units().items() if unit and name in results},
             "daughter_areas": "D0²",
@@ -56,7 +50,3 @@ def collision_report(collision: Collision, preset: str) -> dict[str, Any]:
             "breakups": "D0, t0, v_f∞",
         },
     }
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value

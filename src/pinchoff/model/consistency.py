@@ -12,10 +12,7 @@ from pinchoff.support.errors import InputError
 def require_consistent(parameters: Any) -> None:
     """Refuse parameters that are valid one by one but make no sense together.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        Without its type in the code: its module imports this one.
+    They come without their type in the code: its module imports this one.
 
     Raises
     ------

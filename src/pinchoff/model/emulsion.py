@@ -11,14 +11,14 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
 from pinchoff import _core
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.emulsion_files import EmulsionFolder
-from pinchoff.model.emulsion_result import Emulsion, Frame, Recorder
+from pinchoff.model.emulsion_result import Emulsion, Recorder
 from pinchoff.model.emulsion_scene import (
     WINDOW,
     Coalescence,
@@ -28,12 +28,13 @@ from pinchoff.model.emulsion_scene import (
     checked_scene,
 )
 from pinchoff.model.flow import Flow
-from pinchoff.model.parameters import FRONT, PARAMETERS, SPRINGS, Parameters
-from pinchoff.model.simulation import thread_count
+from pinchoff.model.gsd import Frame
+from pinchoff.model.parameters import FRONT, PARAMETERS, SPRINGS, Parameters, require_parameters
+from pinchoff.model.simulation import require_on_frame, thread_count
 from pinchoff.support.arguments import checked_number, checked_positive, checked_whole
 from pinchoff.support.errors import InputError
 from pinchoff.support.locks import held_folder
-from pinchoff.support.progress import progress_bar
+from pinchoff.support.progress import Bar, progress_bar
 
 if TYPE_CHECKING:
     import os
@@ -158,8 +159,7 @@ def simulate_emulsion(
     windows = _windows("time", time)
     per_frame = _windows("interval", interval)
     frames_per_piece = max(1, math.ceil(_windows("checkpoint", checkpoint) / per_frame))
-    if on_frame is not None and not callable(on_frame):
-        raise InputError.of("on_frame", "callable", on_frame, "give a function of (time, droplets)")
+    require_on_frame(on_frame)
     if resume and out is None:
         raise InputError.of("out", "given to resume", None, "name the folder of the earlier run")
     stops = checked_on_guard(on_guard) == "stop"
@@ -196,9 +196,7 @@ def emulsion_parameters(parameters: Parameters) -> Parameters:
     >>> emulsion_parameters(Parameters(edge_stiffness=0.1)).model
     'deformable-particle'
     """
-    if not isinstance(parameters, Parameters):
-        advice = "build it with pinchoff.Parameters(...)"
-        raise InputError.of("parameters", "a Parameters", parameters, advice)
+    require_parameters("parameters", parameters)
     springs = {name for name, entry in PARAMETERS.items() if entry.model == SPRINGS}
     if ({"model"} | springs) & parameters.model_fields_set:
         return parameters
@@ -218,7 +216,7 @@ def _run(
     per_frame: int,
     frames_per_piece: int,
     recorder: Recorder,
-    show: Any,
+    show: Bar | None,
 ) -> None:
     """Advance from frame to frame; write a piece whenever one is full, and at the end."""
     done = round(run.time / WINDOW)

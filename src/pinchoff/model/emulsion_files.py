@@ -10,7 +10,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +19,7 @@ from pydantic import NonNegativeInt
 
 from pinchoff.collisions.parquet import write_table
 from pinchoff.collisions.schema import Column
-from pinchoff.model.gsd import OutlineWriter
+from pinchoff.model.gsd import Floats, OutlineWriter
 from pinchoff.support.errors import InputError
 from pinchoff.support.files import HoldsFiles, written_aside
 from pinchoff.support.records import Shape, parsed_record
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from pinchoff.model.outlines import Outlines
-
-Floats = NDArray[np.float64]
 
 CHECKPOINT_NAME = "checkpoint.npz"
 FORMAT = 2
@@ -41,14 +38,6 @@ class _Header(Shape):
     format: int
     piece: NonNegativeInt
     record: dict[str, Any]
-
-
-@dataclass
-class Piece:
-    """Tables of the frames since the last checkpoint."""
-
-    events: list[pd.DataFrame] = field(default_factory=list)
-    sizes: list[pd.DataFrame] = field(default_factory=list)
 
 
 class EmulsionFolder(HoldsFiles):
@@ -77,13 +66,7 @@ class EmulsionFolder(HoldsFiles):
         self._files = ExitStack()  # what is being written
 
     def begin(self, resume: bool) -> Floats | None:
-        """Make the folder ready; return the state to go on from, or None.
-
-        Raises
-        ------
-        InputError
-            It holds another run, or cannot be made.
-        """
+        """Make the folder ready; return the state to go on from, or None; refuse another run's."""
         state = None
         if self.checkpoint.exists():
             if not resume:
@@ -96,9 +79,8 @@ class EmulsionFolder(HoldsFiles):
             rule, reason = "a folder that can be made", error.strerror or str(error)
             raise InputError.of("out", rule, f"{self.path} ({reason})", "choose another") from None
         for name in ("events", "sizes", "outlines"):
-            for path in self._pieces(
-                name
-            ):  # left by a run that was killed after its last checkpoint
+            for path in self._pieces(name):
+                # left by a run that was killed after its last checkpoint
                 if int(path.stem.rsplit("-", 1)[1]) >= self._piece:
                     path.unlink()
         return state
@@ -138,15 +120,16 @@ class EmulsionFolder(HoldsFiles):
         self._writer.append_flat(time, *flat)
 
     def write_piece(
-        self, piece: Piece, tables: Mapping[str, Sequence[Column]], state: Floats
+        self,
+        tables: Mapping[str, Sequence[pd.DataFrame]],
+        columns: Mapping[str, Sequence[Column]],
+        state: Floats,
     ) -> None:
-        """Write a piece and the checkpoint behind it."""
-        import pandas as pd
-
-        for name, columns in tables.items():
-            parts = [part for part in getattr(piece, name) if len(part)]
-            if parts:
-                write_table(pd.concat(parts, ignore_index=True), self._named(name), columns)
+        """Write the tables of a piece, each in parts, and the checkpoint behind it."""
+        for name, parts in tables.items():
+            table = joined(parts, columns[name])
+            if len(table):
+                write_table(table, self._named(name), columns[name])
         self._files.close()
         self._writer = None
         self._piece += 1
@@ -186,10 +169,10 @@ class EmulsionFolder(HoldsFiles):
 
 
 def joined(parts: Sequence[pd.DataFrame], columns: Sequence[Column]) -> pd.DataFrame:
-    """Return tables as one; of no tables one without rows, with columns of their types."""
+    """Return tables as one; where none has rows one without rows, with columns of their types."""
     import pandas as pd
 
-    if parts:
-        return pd.concat(parts, ignore_index=True)
+    if filled := [part for part in parts if len(part)]:
+        return pd.concat(filled, ignore_index=True)
     typed = {c.name: pd.Series(dtype="object" if c.dtype == "str" else c.dtype) for c in columns}
     return pd.DataFrame(typed)

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.collisions.schema import Column, count_column, measure_column
-from pinchoff.model.emulsion_files import EmulsionFolder, Piece, joined
+from pinchoff.model.emulsion_files import EmulsionFolder, joined
+from pinchoff.model.gsd import Frame
 from pinchoff.model.guards import guard_message
 from pinchoff.model.parameters import SPRINGS, Parameters
 from pinchoff.support.errors import InputError
@@ -25,12 +26,7 @@ if TYPE_CHECKING:
 
     from pinchoff.model.outlines import Outlines
 
-Floats: TypeAlias = NDArray[np.float64]
-Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
-"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
-
 _KINDS = _core.EVENT_KINDS
-_BALANCE = _core.BALANCE_FIELDS
 
 EVENT_COLUMNS: tuple[Column, ...] = (
     Column("kind", "", "category", "what happened", _KINDS),
@@ -72,6 +68,8 @@ SIZE_COLUMNS: tuple[Column, ...] = (
 )
 """Every droplet of every frame."""
 
+_TABLES = {"events": EVENT_COLUMNS, "sizes": SIZE_COLUMNS}
+
 
 @dataclass(eq=False, repr=False)
 class Emulsion:
@@ -95,9 +93,10 @@ class Emulsion:
     time: float = 0.0
     balance: dict[str, float] = field(default_factory=dict)
     stopped: bool = False
-    _folder: EmulsionFolder | None = field(default=None, repr=False)
-    _events: list[pd.DataFrame] = field(default_factory=list, repr=False)
-    _sizes: list[pd.DataFrame] = field(default_factory=list, repr=False)
+    _folder: EmulsionFolder | None = None
+    _recent: dict[str, list[pd.DataFrame]] = field(
+        default_factory=lambda: {name: [] for name in _TABLES}
+    )  # parts of the tables that are in no folder, or not yet
 
     def __repr__(self) -> str:
         counts = self.balance
@@ -112,12 +111,12 @@ class Emulsion:
     @property
     def events(self) -> pd.DataFrame:
         """One row an event, with the columns of `EVENT_COLUMNS`."""
-        return self._table("events", self._events, EVENT_COLUMNS)
+        return self._table("events")
 
     @property
     def sizes(self) -> pd.DataFrame:
         """One row a droplet and frame, with the columns of `SIZE_COLUMNS`."""
-        return self._table("sizes", self._sizes, SIZE_COLUMNS)
+        return self._table("sizes")
 
     @property
     def outlines(self) -> Outlines | None:
@@ -182,27 +181,18 @@ class Emulsion:
         """The file from which the run can go on; None without a folder."""
         return None if self._folder is None else self._folder.checkpoint
 
-    def _table(
-        self, name: str, kept: list[pd.DataFrame], columns: Sequence[Column]
-    ) -> pd.DataFrame:
+    def _table(self, name: str) -> pd.DataFrame:
+        columns = _TABLES[name]
         if self._folder is not None:
             table = self._folder.read_table(name, columns)
         else:
-            table = joined(kept, columns)
+            table = joined(self._recent[name], columns)
         table.attrs["units"] = {c.name: c.unit for c in columns}
         return table
 
 
 class Recorder:
-    """Takes from a run what it has come to, frame by frame, into its result and its folder.
-
-    Parameters
-    ----------
-    run : _core.Emulsion
-    result : Emulsion
-    on_frame : callable or None
-        Of `pinchoff.simulate_emulsion`.
-    """
+    """Takes from a run what it has come to, frame by frame, into its result and its folder."""
 
     def __init__(
         self,
@@ -214,16 +204,9 @@ class Recorder:
         self.result = result
         self._folder = result._folder
         self._on_frame = on_frame
-        self._piece = Piece()
 
     def begin(self, resume: bool) -> None:
-        """Make the folder ready, and go on from its checkpoint; or take the first frame.
-
-        Raises
-        ------
-        InputError
-            The folder holds another run, or its checkpoint is none.
-        """
+        """Make the folder ready, and go on from its checkpoint; or take the first frame."""
         state = None if self._folder is None else self._folder.begin(resume)
         if state is None:
             self.take_frame()
@@ -238,25 +221,22 @@ class Recorder:
     def take_frame(self) -> None:
         """Take the events up to here, and this frame."""
         run, result = self._run, self.result
-        events, sizes = self._events(), _size_table(run)
+        events = self._events()
+        result._recent["events"] += [events] if len(events) else []
+        result._recent["sizes"].append(_size_table(run))
         self._count()
-        if self._folder is None:
-            result._events += [events] if len(events) else []
-            result._sizes.append(sizes)
-        else:
-            self._piece.events.append(events)
-            self._piece.sizes.append(sizes)
-            if self._folder.keeps_outlines:
-                self._folder.append_frame(run.time, *flat_frame(run.frame()))
+        if self._folder is not None and self._folder.keeps_outlines:
+            self._folder.append_frame(run.time, *flat_frame(run.frame()))
         if self._on_frame is not None:
             self._on_frame(run.time, droplets_of(run.frame()))
 
     def write_piece(self) -> None:
         """Write what was taken since the last piece, and a checkpoint."""
-        if self._folder is not None and self._piece.sizes:
-            tables = {"events": EVENT_COLUMNS, "sizes": SIZE_COLUMNS}
-            self._folder.write_piece(self._piece, tables, np.asarray(self._run.state()))
-            self._piece = Piece()
+        recent = self.result._recent
+        if self._folder is not None and recent["sizes"]:
+            self._folder.write_piece(recent, _TABLES, np.asarray(self._run.state()))
+            for parts in recent.values():
+                parts.clear()
 
     def _count(self) -> None:
         self.result.time = self._run.time
@@ -283,7 +263,7 @@ class Recorder:
 
 
 def _balance(run: _core.Emulsion) -> dict[str, float]:
-    values = dict(zip(_BALANCE, np.asarray(run.balance()).tolist(), strict=True))
+    values = dict(zip(_core.BALANCE_FIELDS, np.asarray(run.balance()).tolist(), strict=True))
     areas = {name: value for name, value in values.items() if name.startswith("area")}
     counts = {name: int(value) for name, value in values.items() if name not in areas}
     present = sum(counts[name] for name in ("start", "entered", "breakups"))
@@ -295,11 +275,9 @@ def _size_table(run: _core.Emulsion) -> pd.DataFrame:
     import pandas as pd
 
     sizes = np.asarray(run.sizes())
-    names = [c.name for c in SIZE_COLUMNS[1:]]
-    table = pd.DataFrame(sizes, columns=names)
-    table = table.astype({c.name: c.dtype for c in SIZE_COLUMNS[1:]})
-    table.insert(0, "time", np.full(len(sizes), run.time))
-    return table
+    timed = np.column_stack([np.full(len(sizes), run.time), sizes])
+    table = pd.DataFrame(timed, columns=[c.name for c in SIZE_COLUMNS])
+    return table.astype({c.name: c.dtype for c in SIZE_COLUMNS})
 
 
 def flat_frame(frame: tuple[Any, Any, Any, Any]) -> tuple[NDArray[Any], ...]:

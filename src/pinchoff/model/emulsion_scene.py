@@ -5,22 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
 from pinchoff import _core
-from pinchoff.model.arrangement import droplet_circles, obstacle_circles
+from pinchoff.model.arrangement import (
+    LEAST_DIAMETER,
+    MOST_VERTICES,
+    Floats,
+    droplet_circles,
+    obstacle_circles,
+)
 from pinchoff.model.arrays import PillarArray
 from pinchoff.model.flow import Flow, uniform
 from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
 from pinchoff.model.simulation import require_flow
 from pinchoff.support.arguments import checked_number
 from pinchoff.support.errors import InputError
-
-Floats: TypeAlias = NDArray[np.float64]
 
 OnGuard: TypeAlias = Literal["retire", "stop"]
 
@@ -188,15 +192,9 @@ def checked_scene(
 
 
 def checked_on_guard(value: object) -> OnGuard:
-    """Return what follows where a guard refuses a droplet.
-
-    Raises
-    ------
-    InputError
-        It is neither "retire" nor "stop".
-    """
-    if value == "retire" or value == "stop":
-        return "retire" if value == "retire" else "stop"
+    """Check what follows where a guard refuses a droplet."""
+    if value in get_args(OnGuard):
+        return value  # type: ignore[return-value]
     advice = 'write "retire" to go on without the droplet, "stop" to end the run there'
     raise InputError.of("on_guard", '"retire" or "stop"', value, advice)
 
@@ -225,9 +223,9 @@ def _checked_cell(cell: Sequence[float] | None, periodic: str) -> Floats:
     if periodic not in ("", "x", "y", "xy"):
         advice = "leave it out where space does not repeat itself"
         raise InputError.of("periodic", "'x', 'y', 'xy' or ''", periodic, advice)
+    advice = "give (left, right, bottom, top) in D0"
     if cell is None:
         if periodic:
-            advice = "give (left, right, bottom, top) in D0"
             raise InputError.of("cell", "given where space is periodic", None, advice)
         return np.zeros(4)
     try:
@@ -235,7 +233,6 @@ def _checked_cell(cell: Sequence[float] | None, periodic: str) -> Floats:
     except (TypeError, ValueError):
         bounds = np.empty(0)
     if bounds.shape != (4,) or not np.isfinite(bounds).all():
-        advice = "give (left, right, bottom, top) in D0"
         raise InputError.of("cell", "four finite numbers", cell, advice)
     for axis, low, high in (("x", bounds[0], bounds[1]), ("y", bounds[2], bounds[3])):
         if axis in periodic and not high - low >= LEAST_PERIOD:
@@ -283,13 +280,11 @@ def _checked_inlet(parameters: Parameters, inlet: Inlet | None) -> tuple[Floats,
     if sizes.ndim != 1 or not len(sizes):
         advice = "give one number in D0, or a list to draw from"
         raise InputError.of("inlet.diameters", "numbers", inlet.diameters, advice)
-    most = 4096 / parameters.vertex_count
-    diameters = np.array(
-        [
-            checked_number(f"inlet.diameters[{i}]", d, "give it in D0", low=0.02, high=most)
-            for i, d in enumerate(sizes.tolist())
-        ]
-    )
+    most = MOST_VERTICES / parameters.vertex_count
+    diameters = np.empty(len(sizes))
+    for i, size in enumerate(sizes.tolist()):
+        name = f"inlet.diameters[{i}]"
+        diameters[i] = checked_number(name, size, "give it in D0", low=LEAST_DIAMETER, high=most)
     widest = float(diameters.max())
     top = checked_number(
         "inlet.top", inlet.top, "make room for the largest droplet", low=bottom + 1.2 * widest

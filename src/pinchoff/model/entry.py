@@ -8,7 +8,6 @@ takes, the columns of tables in which a parameter varies, the axes of sweeps, th
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -17,17 +16,15 @@ from pydantic import BaseModel, Field
 
 from pinchoff.collisions.schema import Column
 from pinchoff.support.arguments import number_rule
-from pinchoff.support.checked import Explanation
+from pinchoff.support.checked import Explanation, with_parameters
 
 CoreNumber = Callable[[Any], float]
 """What the compiled core takes for a parameter, from all the parameters of a run."""
 
-_DOCSTRING_WIDTH = 92
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Entry(Explanation):
-    """What is known of one parameter, beside its type and limits.
+    """What is known of one parameter, beside its type.
 
     Attributes
     ----------
@@ -35,18 +32,18 @@ class Entry(Explanation):
         What a value must be; completes "<name> must be".
     meaning : str
         What it is, in a phrase that completes "give".
-    symbol : str
-        As in the paper; empty: it has none.
-    unit : str
-        "1" for a pure number, "" for what is not a number.
     default : str
         As messages and documentation show it.
     follows : bool
         Whether the default follows from other parameters.
-    model : str
-        The model outside of which it has no meaning and is None; empty: it always has one.
     low, high : float or None
         The smallest and the largest number that is allowed.
+    model : str
+        The model outside of which it has no meaning and is None; empty: it always has one.
+    symbol : str
+        As in the paper; empty: it has none.
+    unit : str
+        "1" for a pure number, "" for what is not a number.
     note : str
         What else the documentation says.
     column : str
@@ -54,7 +51,7 @@ class Entry(Explanation):
     core_name : str
         Name of its number in the core's row; empty: its own.
     core : callable or None
-        That number, from all the parameters; None: its value.
+        That number, from all the parameters; None: their attribute of that name.
     in_core : bool
         Whether it has one: what only says how results are read has none.
     name : str
@@ -62,17 +59,17 @@ class Entry(Explanation):
         "float", "int", "bool" or "str".
     """
 
-    symbol: str
-    unit: str
     default: str
     follows: bool
-    model: str
     low: float | None
     high: float | None
-    note: str
-    column: str
-    core_name: str
-    core: CoreNumber | None
+    model: str
+    symbol: str = ""
+    unit: str = ""
+    note: str = ""
+    column: str = ""
+    core_name: str = ""
+    core: CoreNumber | None = None
     in_core: bool = True
     name: str = ""
     kind: str = ""
@@ -84,7 +81,7 @@ class Entry(Explanation):
 
     def core_value(self, parameters: object) -> float:
         """Return that number."""
-        value = self.core(parameters) if self.core else getattr(parameters, self.name)
+        value = self.core(parameters) if self.core else getattr(parameters, self.place)
         return 0.0 if value is None else float(value)
 
     @property
@@ -115,18 +112,12 @@ def parameter(
     default: Any,
     meaning: str,
     *,
-    symbol: str = "",
-    unit: str = "",
     low: float | None = None,
     high: float | None = None,
     rule: str = "",
     follows: str = "",
     model: str = "",
-    note: str = "",
-    column: str = "",
-    core_name: str = "",
-    core: CoreNumber | None = None,
-    in_core: bool = True,
+    **known: Any,
 ) -> Any:
     """Return the field of a parameter, for a class body.
 
@@ -134,42 +125,28 @@ def parameter(
     ----------
     default : object
         Its default; or, with `follows`, a function of the values before it.
-    meaning, symbol, unit, note : str
+    meaning, low, high
         As of `Entry`.
-    low, high : float, optional
-        The smallest and the largest number that is allowed.
     rule : str, optional
         As of `Entry`; by default that of a finite number within the limits.
     follows : str, optional
         What the default is where it follows from other parameters, such as "5000 γ̃".
     model : str, optional
         As of `Entry`; the field's type then allows None.
-    column : str, optional
-        Name of its column in a table in which it varies; by default its own.
-    core_name : str, optional
-        Name of its number in the core's row; by default its own.
-    core : callable, optional
-        That number, from all the parameters; by default its value.
-    in_core : bool, optional
-        Whether the core takes it: False for what only says how results are read.
+    **known
+        What else an `Entry` says.
     """
     default_text = str(default).lower() if isinstance(default, bool) else str(default)
     limits = (-math.inf if low is None else low, math.inf if high is None else high)
     entry = Entry(
         rule=rule or number_rule(*limits),
         meaning=meaning,
-        symbol=symbol,
-        unit=unit,
         default=follows or default_text,
         follows=bool(follows),
-        model=model,
         low=low,
         high=high,
-        note=note,
-        column=column,
-        core_name=core_name,
-        core=core,
-        in_core=in_core,
+        model=model,
+        **known,
     )
     start: dict[str, Any] = {"default_factory": default} if follows else {"default": default}
     if model:
@@ -206,18 +183,12 @@ def _kind(annotation: object, entry: Entry) -> str:
 
 def documented(docstring: str | None, entries: Mapping[str, Entry]) -> str | None:
     """Return a docstring with the entries written out in place of ``**values``."""
-    if docstring is None:  # python -OO
-        return None
-    lines = docstring.splitlines()
-    place = lines.index("    **values")
-    described = [line for name, entry in entries.items() for line in _described(name, entry)]
-    return "\n".join([*lines[:place], *described, *lines[place + 2 :]])
+    return with_parameters(
+        docstring, {f"{name} : {entry.kind}": _described(entry) for name, entry in entries.items()}
+    )
 
 
-def _described(name: str, entry: Entry) -> list[str]:
-    phrase = f"{entry.phrase[0].upper()}{entry.phrase[1:]}"
+def _described(entry: Entry) -> str:
     scope = f" Only with model = '{entry.model}'." if entry.model else ""
-    text = f"{phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip() + scope
-    indent = " " * 8
-    wrapped = textwrap.wrap(text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent)
-    return [f"    {name} : {entry.kind}", *wrapped]
+    text = f"{entry.phrase}: {entry.rule}, by default {entry.default}. {entry.note}".rstrip()
+    return text + scope

@@ -16,17 +16,12 @@ _LISTED = (list, tuple, range, np.ndarray)
 
 
 def each_given(parameters: object) -> Iterable[Any]:
-    """Yield the description of each run: Parameters or a mapping.
-
-    Parameters
-    ----------
-    parameters : iterable, DataFrame or mapping
-        As `pinchoff.simulate_many` takes them.
+    """Yield the description of each run, Parameters or a mapping, of what `simulate_many` is given.
 
     Raises
     ------
     InputError
-        It is none of these.
+        They are neither an iterable nor a DataFrame nor a mapping.
 
     Examples
     --------
@@ -46,13 +41,7 @@ def each_given(parameters: object) -> Iterable[Any]:
 
 
 def as_parameters(given: object, number: int) -> Parameters:
-    """Return the parameters of one run.
-
-    Raises
-    ------
-    InputError
-        It is neither `Parameters` nor a mapping of their values; the message names its number.
-    """
+    """Return the parameters of one run; a refusal names its number."""
     name = f"parameters[{number}]"
     if isinstance(given, Parameters):
         return given

@@ -8,9 +8,8 @@ import os
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -37,6 +36,51 @@ class Outline(NamedTuple):
 
 #: What `Outlines.from_frames` and `OutlineWriter.append` accept for one droplet.
 OutlineLike = Outline | tuple[int, int, npt.ArrayLike, npt.ArrayLike]
+
+Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
+"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
+
+
+class StoredOutlines(NamedTuple):
+    """What a file of outlines holds: the fields of `pinchoff.Outlines`."""
+
+    times: Floats
+    frame: Integers
+    droplet_id: Integers
+    generation: Integers
+    offsets: Integers
+    vertices: Floats
+    velocities: Floats
+    obstacles: Floats
+    parameters: dict[str, Any]
+    units: str
+
+
+class FlatOutlines(NamedTuple):
+    """Outlines one after the other: of each its droplet and number of vertices; all vertices."""
+
+    droplet_ids: Integers  # (n,)
+    generations: Integers  # (n,)
+    sizes: Integers  # (n,)
+    vertices: Floats  # (V, 2)
+    velocities: Floats  # (V, 2)
+
+
+def flattened(outlines: Iterable[OutlineLike]) -> FlatOutlines:
+    """Put outlines, of which there may be none, one after the other."""
+    droplets = [Outline(*outline) for outline in outlines]
+    return FlatOutlines(
+        np.array([outline.droplet_id for outline in droplets], dtype=np.int64),
+        np.array([outline.generation for outline in droplets], dtype=np.int64),
+        np.array([len(np.asarray(outline.vertices)) for outline in droplets], dtype=np.int64),
+        _stacked([outline.vertices for outline in droplets]),
+        _stacked([outline.velocities for outline in droplets]),
+    )
+
+
+def offsets_of(sizes: Integers) -> Integers:
+    """Return the first vertex of each outline, then the number of vertices."""
+    return np.concatenate(([0], np.cumsum(sizes))).astype(np.int64)
 
 
 class OutlineWriter(HoldsFiles):
@@ -96,25 +140,11 @@ class OutlineWriter(HoldsFiles):
         self._files.close()
 
     def append(self, time: float, outlines: Iterable[OutlineLike]) -> None:
-        """Add one frame and flush it to the disk.
+        """Add one frame, at a time [t0].
 
-        Parameters
-        ----------
-        time : float
-            Time of the frame [t0].
-        outlines : iterable
-            Its droplets: (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2)
-            [D0/t0]).
+        Its droplets are (droplet_id, generation, vertices (n, 2) [D0], velocities (n, 2) [D0/t0]).
         """
-        droplets = [Outline(*droplet) for droplet in outlines]
-        self.append_flat(
-            time,
-            np.array([outline.droplet_id for outline in droplets], dtype=np.int64),
-            np.array([outline.generation for outline in droplets], dtype=np.int64),
-            np.array([len(np.asarray(outline.vertices)) for outline in droplets], dtype=np.int64),
-            stacked([outline.vertices for outline in droplets]),
-            stacked([outline.velocities for outline in droplets]),
-        )
+        self.append_flat(time, *flattened(outlines))
 
     def append_flat(
         self,
@@ -125,17 +155,7 @@ class OutlineWriter(HoldsFiles):
         vertices: Floats,
         velocities: Floats,
     ) -> None:
-        """Add one frame whose outlines stand one after the other.
-
-        Parameters
-        ----------
-        time : float
-            Time of the frame [t0].
-        droplet_ids, generations, sizes : (n,) int arrays
-            Of each droplet; its number of vertices.
-        vertices, velocities : (V, 2) float arrays
-            [D0], [D0/t0].
-        """
+        """Add one frame of `FlatOutlines`."""
         import gsd.hoomd
 
         frame = gsd.hoomd.Frame()
@@ -185,7 +205,7 @@ class OutlineWriter(HoldsFiles):
         return self._box_side
 
 
-def stacked(parts: Sequence[npt.ArrayLike]) -> Floats:
+def _stacked(parts: Sequence[npt.ArrayLike]) -> Floats:
     """Join (n, 2) arrays, of which there may be none, to one (V, 2) array."""
     arrays = [np.asarray(part, dtype=np.float64) for part in parts]
     return np.concatenate([np.empty((0, 2)), *arrays])
@@ -221,17 +241,7 @@ def _as_text(data: str | npt.NDArray[np.uint8]) -> str:
     return data if isinstance(data, str) else data.tobytes().decode()
 
 
-class GsdContents(NamedTuple):
-    """What a GSD file of outlines holds; lengths and times as they were written."""
-
-    times: list[float]
-    frames: list[list[Outline]]
-    obstacles: Floats  # (M, 3)
-    parameters: dict[str, Any]
-    units: str
-
-
-def read_gsd(path: Path) -> GsdContents:
+def read_gsd(path: Path) -> StoredOutlines:
     """Read all frames of a file that `OutlineWriter` wrote, or still writes.
 
     Raises
@@ -246,11 +256,18 @@ def read_gsd(path: Path) -> GsdContents:
         if len(file) == 0:
             raise ValueError("it has no frames")
         log = file[0].log
-        read = [(float(frame.log["time"][0]), _droplets(frame)) for frame in file]
-    return GsdContents(
-        times=[time for time, _ in read],
-        frames=[droplets for _, droplets in read],
-        obstacles=log["obstacles"],
+        read = [(float(frame.log["time"][0]), _flat_frame(frame)) for frame in file]
+    frames = [frame for _, frame in read]
+    ids, generations, sizes, vertices, velocities = map(np.concatenate, zip(*frames, strict=True))
+    return StoredOutlines(
+        times=np.array([time for time, _ in read]),
+        frame=np.repeat(np.arange(len(frames)), [len(frame.sizes) for frame in frames]),
+        droplet_id=ids.astype(np.int64),
+        generation=generations.astype(np.int64),
+        offsets=offsets_of(sizes),
+        vertices=vertices.astype(np.float64),
+        velocities=velocities.astype(np.float64),
+        obstacles=np.array(log["obstacles"], dtype=np.float64).reshape(-1, 3),
         parameters=json.loads(_as_text(log["parameters"])),
         units=_as_text(log["units"]),
     )
@@ -270,13 +287,7 @@ _KIND_SIZES = np.array([0, 1, 2, 4, 8, 1, 2, 4, 8, 4, 8, 1])  # bytes of a numbe
 
 
 def _require_whole(path: Path) -> None:
-    """Refuse a file whose index points outside of it; the library would crash.
-
-    Raises
-    ------
-    ValueError
-        It is damaged.
-    """
+    """Refuse a file whose index points outside of it (ValueError); the library would crash."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(_HEADER.size)
@@ -313,16 +324,16 @@ def _require_entries(table: npt.NDArray[Any], size: int, names: int) -> None:
         raise ValueError("its index is damaged")
 
 
-def _droplets(frame: Any) -> list[Outline]:
+def _flat_frame(frame: Any) -> FlatOutlines:
     particles = frame.particles
     is_vertex = particles.typeid == particles.types.index("vertex")
     bodies = particles.body[is_vertex]
-    generations = frame.log["particles/generation"][is_vertex]
-    positions = particles.position[is_vertex, :2]
-    velocities = particles.velocity[is_vertex, :2]
     # Each droplet's vertices stand together, so a new outline begins where the body changes.
     starts = np.flatnonzero(np.diff(bodies, prepend=_NO_DROPLET))
-    return [
-        Outline(int(bodies[a]), int(generations[a]), positions[a:b], velocities[a:b])
-        for a, b in pairwise([*starts, len(bodies)])
-    ]
+    return FlatOutlines(
+        bodies[starts],
+        frame.log["particles/generation"][is_vertex][starts],
+        np.diff(starts, append=len(bodies)),
+        particles.position[is_vertex, :2],
+        particles.velocity[is_vertex, :2],
+    )

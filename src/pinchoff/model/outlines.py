@@ -7,39 +7,37 @@ vertices); `OutlineWriter` appends them to a GSD file while the run goes on.
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 import numpy.typing as npt
 
+from pinchoff import _core
 from pinchoff.model.gsd import (
     Floats,
     Integers,
     Outline,
     OutlineLike,
     OutlineWriter,
-    read_gsd,
-    stacked,
+    StoredOutlines,
+    flattened,
+    offsets_of,
 )
+from pinchoff.model.outline_files import READERS, TIME_UNITS, write_outlines
 from pinchoff.support.drawing import Drawable, artist
-from pinchoff.support.errors import InputError, refused_by_system
-from pinchoff.support.files import written_aside
+from pinchoff.support.errors import InputError
 from pinchoff.support.numerals import counted
 from pinchoff.support.paper_constants import NECK_SEPARATION
 
 if TYPE_CHECKING:
     import pandas as pd
 
-__all__ = ["Outline", "OutlineLike", "OutlineWriter", "Outlines"]
-
-#: The unit of time that goes with each unit of length.
-TIME_UNITS = {"D0": "t0", "um": "s"}
+__all__ = ["TIME_UNITS", "Outline", "OutlineLike", "OutlineWriter", "Outlines"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,16 +143,16 @@ class Outlines(Drawable):
         units : str
             Unit of length.
         """
-        flat = [(f, Outline(*droplet)) for f, droplets in enumerate(frames) for droplet in droplets]
-        sizes = [len(np.asarray(outline.vertices)) for _, outline in flat]
+        numbered = [(f, droplet) for f, droplets in enumerate(frames) for droplet in droplets]
+        flat = flattened(droplet for _, droplet in numbered)
         return cls(
             times=np.asarray(times, dtype=np.float64).reshape(-1),
-            frame=np.array([f for f, _ in flat], dtype=np.int64),
-            droplet_id=np.array([outline.droplet_id for _, outline in flat], dtype=np.int64),
-            generation=np.array([outline.generation for _, outline in flat], dtype=np.int64),
-            offsets=np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
-            vertices=stacked([outline.vertices for _, outline in flat]),
-            velocities=stacked([outline.velocities for _, outline in flat]),
+            frame=np.array([f for f, _ in numbered], dtype=np.int64),
+            droplet_id=flat.droplet_ids,
+            generation=flat.generations,
+            offsets=offsets_of(flat.sizes),
+            vertices=flat.vertices,
+            velocities=flat.velocities,
             obstacles=np.array(obstacles, dtype=np.float64).reshape(-1, 3),
             parameters=dict(parameters),
             units=units,
@@ -178,18 +176,15 @@ class Outlines(Drawable):
         >>> len(outlines), len(outlines[::10]), len(outlines[0])
         (87, 9, 1)
         """
-        if isinstance(index, slice):
-            return self._chosen(range(len(self))[index])
-        number = range(len(self))[index]
-        first, last = np.searchsorted(self.frame, [number, number + 1])
-        return [self.outline(k) for k in range(int(first), int(last))]
-
-    def _chosen(self, frames: range) -> Outlines:
-        if frames.step < 0:
-            raise InputError.of("step", "positive", frames.step, "take frames forwards in time")
+        chosen = range(len(self))[index]
+        if isinstance(chosen, int):
+            first, last = np.searchsorted(self.frame, [chosen, chosen + 1])
+            return [self.outline(k) for k in range(int(first), int(last))]
+        if chosen.step < 0:
+            raise InputError.of("step", "positive", chosen.step, "take frames forwards in time")
         return Outlines.from_frames(
-            self.times[frames.start : frames.stop : frames.step],
-            [self[frame] for frame in frames],
+            self.times[index],
+            [self[frame] for frame in chosen],
             self.obstacles,
             self.parameters,
             units=self.units,
@@ -269,8 +264,6 @@ class Outlines(Drawable):
         >>> round(length, 2)
         0.18
         """
-        from pinchoff import _core
-
         in_diameters = self.parameters.get("neck_separation_unit", "perimeter") == "diameter"
         diameter = math.sqrt(4.0 * _core.area(outline.vertices) / math.pi)
         separation = float(self.parameters.get("neck_separation", NECK_SEPARATION))
@@ -295,45 +288,26 @@ class Outlines(Drawable):
         """
         import pandas as pd
 
-        table = pd.DataFrame(
-            [self._measured(k) for k in range(len(self.frame))], columns=list(self._column_units())
-        )
-        table.attrs["units"] = self._column_units()
-        return table
-
-    def _measured(self, k: int) -> tuple[float, ...]:
-        from pinchoff import _core
-
-        outline = self.outline(k)
-        x, y = _core.centroid(outline.vertices)
-        thickness, _, _ = self.neck(outline)
-        return (
-            int(self.frame[k]),
-            float(self.times[self.frame[k]]),
-            outline.droplet_id,
-            outline.generation,
-            _core.area(outline.vertices),
-            _core.perimeter(outline.vertices),
-            x,
-            y,
-            _core.shape_parameter(outline.vertices),
-            thickness if math.isfinite(thickness) else math.nan,
-        )
-
-    def _column_units(self) -> dict[str, str]:
+        outlines = [self.outline(k) for k in range(len(self.frame))]
+        rings = [outline.vertices for outline in outlines]
+        x, y = np.reshape([_core.centroid(ring) for ring in rings], (-1, 2)).T
+        neck = np.array([self.neck(outline)[0] for outline in outlines], dtype=np.float64)
         length = self.units
-        return {
-            "frame": "1",
-            "time": TIME_UNITS[length],
-            "droplet_id": "1",
-            "generation": "1",
-            "area": f"{length}²",
-            "perimeter": length,
-            "x": length,
-            "y": length,
-            "shape_parameter": "1",
-            "neck_thickness": length,
+        columns: dict[str, tuple[str, Any]] = {
+            "frame": ("1", self.frame),
+            "time": (TIME_UNITS[length], self.times[self.frame]),
+            "droplet_id": ("1", self.droplet_id),
+            "generation": ("1", self.generation),
+            "area": (f"{length}²", [_core.area(ring) for ring in rings]),
+            "perimeter": (length, [_core.perimeter(ring) for ring in rings]),
+            "x": (length, x),
+            "y": (length, y),
+            "shape_parameter": ("1", [_core.shape_parameter(ring) for ring in rings]),
+            "neck_thickness": (length, np.where(np.isfinite(neck), neck, math.nan)),
         }
+        table = pd.DataFrame({name: values for name, (_, values) in columns.items()})
+        table.attrs["units"] = {name: unit for name, (unit, _) in columns.items()}
+        return table
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the outlines to a file; its suffix chooses the format.
@@ -359,49 +333,7 @@ class Outlines(Drawable):
         >>> len(po.Outlines.load("outlines.npz")) == len(outlines)
         True
         """
-        target = Path(path)
-        writers = {".gsd": self._save_gsd, ".npz": self._save_npz, ".csv": self._save_csv}
-        if target.suffix not in writers:
-            raise InputError.of(
-                "path", f"a name ending in {', '.join(writers)}", target, "choose one of them"
-            )
-        try:
-            with written_aside(target) as unfinished:
-                writers[target.suffix](unfinished)
-        except OSError as error:
-            raise refused_by_system(error, "path") from error
-
-    def _save_gsd(self, path: Path) -> None:
-        with OutlineWriter(path, self.obstacles, self.parameters, units=self.units) as writer:
-            for time, outlines in zip(self.times, self, strict=True):
-                writer.append(time, outlines)
-
-    def _save_npz(self, path: Path) -> None:
-        arrays = {name: getattr(self, name) for name in _ARRAYS}
-        np.savez_compressed(
-            path,
-            **arrays,
-            parameters=np.array(json.dumps(self.parameters)),
-            units=np.array(self.units),
-        )
-
-    def _save_csv(self, path: Path) -> None:
-        import pandas as pd
-
-        length, time = self.units, TIME_UNITS[self.units]
-        sizes = np.diff(self.offsets)
-        columns = {
-            "frame": np.repeat(self.frame, sizes),
-            f"time_{time}": np.repeat(self.times[self.frame], sizes),
-            "droplet_id": np.repeat(self.droplet_id, sizes),
-            "generation": np.repeat(self.generation, sizes),
-            "vertex": np.arange(len(self.vertices)) - np.repeat(self.offsets[:-1], sizes),
-            f"x_{length}": self.vertices[:, 0],
-            f"y_{length}": self.vertices[:, 1],
-            f"vx_{length}_per_{time}": self.velocities[:, 0],
-            f"vy_{length}_per_{time}": self.velocities[:, 1],
-        }
-        pd.DataFrame(columns).to_csv(path, index=False)
+        write_outlines(Path(path), StoredOutlines(*(getattr(self, f.name) for f in fields(self))))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Outlines:
@@ -415,13 +347,12 @@ class Outlines(Drawable):
             If there is no such file, or it does not hold outlines.
         """
         source = Path(path)
-        readers = {".gsd": cls._load_gsd, ".npz": cls._load_npz}
-        if source.suffix not in readers or not source.is_file():
+        if source.suffix not in READERS or not source.is_file():
             raise InputError.of(
                 "path", "an existing .gsd or .npz file", source, "check the name of the file"
             )
         try:
-            return readers[source.suffix](source)
+            return cls(*READERS[source.suffix](source))
         except Exception as error:  # what damage makes their readers raise is of every kind
             raise InputError.of(
                 "path",
@@ -429,30 +360,3 @@ class Outlines(Drawable):
                 f"{source} ({error})",
                 "write it again with Outlines.save or `pinchoff run`",
             ) from error
-
-    @classmethod
-    def _load_gsd(cls, path: Path) -> Outlines:
-        contents = read_gsd(path)
-        return cls.from_frames(*contents[:-1], units=contents.units)
-
-    @classmethod
-    def _load_npz(cls, path: Path) -> Outlines:
-        # By a file of ours: NumPy leaves its own open where the archive is damaged.
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
-            return cls(
-                **{name: data[name] for name in _ARRAYS},
-                parameters=json.loads(str(data["parameters"])),
-                units=str(data["units"]),
-            )
-
-
-_ARRAYS = (
-    "times",
-    "frame",
-    "droplet_id",
-    "generation",
-    "offsets",
-    "vertices",
-    "velocities",
-    "obstacles",
-)

@@ -126,7 +126,6 @@ class Parameters(Checked):
         low=0.01,
         high=100,
         core_name="obstacle_radius",
-        core=lambda p: p.obstacle_radius,
     )
     simulation_capillary_number: Number = parameter(
         25.0,
@@ -136,7 +135,6 @@ class Parameters(Checked):
         low=1e-3,
         high=1e5,
         core_name="drag",
-        core=lambda p: p.drag,
     )
     offset: Number = parameter(
         0.05,
@@ -599,6 +597,13 @@ class Parameters(Checked):
                 "lower it, or use 'auto'",
             )
         return row
+
+
+def require_parameters(argument: str, value: object) -> None:
+    """Refuse anything that is not `Parameters`."""
+    if not isinstance(value, Parameters):
+        advice = "build it with pinchoff.Parameters(...)"
+        raise InputError.of(argument, "a Parameters", value, advice)
 
 
 def _converted(constants: Mapping[str, Any], scale: PhysicalScale) -> dict[str, float]:

@@ -18,24 +18,12 @@ def preset_names() -> tuple[str, ...]:
 
 
 def preset_description(name: str) -> str:
-    """What a preset is for, in a sentence or two.
-
-    Raises
-    ------
-    InputError
-        There is no preset of that name.
-    """
+    """What a preset is for, in a sentence or two."""
     return str(_preset(name)["description"])
 
 
 def preset_constants(name: str) -> dict[str, Any]:
-    """Return the constants in which a preset differs from ``default``.
-
-    Raises
-    ------
-    InputError
-        There is no preset of that name.
-    """
+    """Return the constants in which a preset differs from ``default``."""
     if name == "default":
         return {}
     return {key: value for key, value in _preset(name).items() if key != "description"}

@@ -256,13 +256,7 @@ def collision_of(
     outlines: Outlines | None,
     met: Mapping[str, float],
 ) -> Collision:
-    """Gather the results of a finished system; `met` as in `run_columns`.
-
-    Raises
-    ------
-    SimulationError
-        A guard stopped the run.
-    """
+    """Gather the results of a finished system; `SimulationError` where a guard stopped it."""
     results = np.asarray(system.result(), dtype=np.float64).reshape(1, -1)
     result = dict(zip(_core.RESULT_FIELDS, results[0].tolist(), strict=True))
     if result["outcome"] == FAILED:

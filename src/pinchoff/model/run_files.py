@@ -44,10 +44,7 @@ class StoredRun(NamedTuple):
 def read_run(path: str | os.PathLike[str]) -> StoredRun:
     """Read a run from its report, or from the folder in which that lies.
 
-    Parameters
-    ----------
-    path : path
-        The ``collision.json`` of a run. If ``outlines.gsd`` lies beside it, that is read.
+    If ``outlines.gsd`` lies beside the ``collision.json``, that is read too.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Runs as columns of the collisions table: what was set, and what happened, also in µm and s."""
+"""Many runs, as columns of the collisions table: what was set, what happened, also in µm and s."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,16 +11,83 @@ import numpy as np
 from pinchoff import _core
 from pinchoff.collisions.law import breakup_number_of
 from pinchoff.collisions.reasons import BROKE_BEFORE_CONTACT, NO_CONTACT
-from pinchoff.collisions.schema import COLUMNS, OUTCOMES
+from pinchoff.collisions.schema import COLUMNS, OUTCOMES, Column
 from pinchoff.model.guards import guard_message
-from pinchoff.model.parameters import SPRINGS
+from pinchoff.model.parameters import PARAMETERS, SPRINGS, Parameters
+from pinchoff.support.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from pinchoff.model.parameters import Parameters
+    from pinchoff.model.flow import Flow
 
 FAILED = OUTCOMES.index("failed")
+
+CHUNK_SIZE = 4096
+"""Runs that are prepared and held at once, so that a sweep's memory is that of its table."""
+
+
+def run_batch(
+    parameters: Sequence[Parameters],
+    ids: Sequence[int],
+    *,
+    threads: int,
+    flow: Flow | None = None,
+    varied: Iterable[str] = (),
+    show: Callable[[int], object] | None = None,
+) -> dict[str, NDArray[Any]]:
+    """Run one droplet against one obstacle for each set of parameters.
+
+    Parameters
+    ----------
+    parameters, ids : sequences of n
+        Of each run; its id is the ``collision_id``.
+    threads : int
+    flow : Flow, optional
+        One for all runs; by default the Stokes flow around each run's own obstacle.
+    varied : iterable of str, optional
+        Names of parameters that differ between the runs of the table, which gets their columns.
+    show : callable, optional
+        Called with the number of runs that are done.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        Every column of `pinchoff.collisions.schema.COLUMNS` and of `varied_columns`.
+
+    Raises
+    ------
+    InputError
+        A given time step is unstable; the message names the run by its id.
+    """
+    models = np.array([_model_row(p, number) for p, number in zip(parameters, ids, strict=True)])
+    results = _core.run_many(models, flow, threads, show)
+    columns = run_columns(parameters, results, ids)
+    for name, column in varied_columns(varied).items():
+        kind = object if column.dtype == "str" else column.dtype
+        if name != "time_step":
+            # None, of another model's constants, is NaN
+            columns[column.name] = np.array([getattr(p, name) for p in parameters], dtype=kind)
+        else:  # "auto" stands for a number
+            columns[column.name] = models[:, _core.MODEL_FIELDS.index(name)]
+    return columns
+
+
+def _model_row(parameters: Parameters, number: int) -> NDArray[np.float64]:
+    try:
+        return parameters.model_row()
+    except InputError as error:
+        raise error.within(f"parameters[{number}]") from None
+
+
+def varied_columns(names: Iterable[str]) -> dict[str, Column]:
+    """Return columns for the varied parameters that a table would not show otherwise.
+
+    Names of physical quantities are passed over.
+    """
+    in_every_table = {column.name for column in COLUMNS}
+    columns = {name: PARAMETERS[name].as_column() for name in names if name in PARAMETERS}
+    return {name: column for name, column in columns.items() if column.name not in in_every_table}
 
 
 def run_columns(
@@ -29,7 +96,7 @@ def run_columns(
     ids: Sequence[int] = (0,),
     met: Mapping[str, float] | None = None,
 ) -> dict[str, NDArray[Any]]:
-    """Return runs as columns of the collisions table.
+    """Return runs as every column of `pinchoff.collisions.schema.COLUMNS`, shape (n,) each.
 
     Parameters
     ----------
@@ -40,11 +107,6 @@ def run_columns(
         The ``collision_id`` of each run.
     met : mapping of str to float, optional
         What `first_meeting` says in place of the parameters.
-
-    Returns
-    -------
-    dict of str to ndarray, shape (n,)
-        Every column of `pinchoff.collisions.schema.COLUMNS`.
     """
     result = dict(zip(_core.RESULT_FIELDS, results.T, strict=True))
     columns: dict[str, NDArray[Any]] = {
@@ -68,6 +130,8 @@ def first_meeting(
 ) -> dict[str, float]:
     """Return the columns that the droplet and the obstacle of the first contact decide.
 
+    They are NaN where nothing met, or only what a droplet without contact had broken into.
+
     Parameters
     ----------
     parameters : Parameters
@@ -75,11 +139,6 @@ def first_meeting(
         The run's contacts in the order of their times.
     obstacles, droplets : ndarray, shape (M, 3) and (K, 3)
         Centre and radius of each obstacle, start and diameter of each droplet, D0.
-
-    Returns
-    -------
-    dict of str to float
-        NaN where nothing met, or only what a droplet without contact had broken into.
     """
     y = radius = start_y = diameter = math.nan
     if contacts and contacts[0]["droplet_id"] < len(droplets):

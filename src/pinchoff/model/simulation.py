@@ -7,7 +7,7 @@ import math
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Sized
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,13 +15,18 @@ from numpy.typing import ArrayLike, NDArray
 from pinchoff import _core
 from pinchoff.collisions.schema import COLUMNS, Column
 from pinchoff.model.arrangement import Floats, droplet_circles, obstacle_circles
-from pinchoff.model.batch import CHUNK_SIZE, run_batch, varied_columns
 from pinchoff.model.flow import Flow
 from pinchoff.model.given import as_parameters, each_given
+from pinchoff.model.gsd import Frame
 from pinchoff.model.guards import warn_of_failures
-from pinchoff.model.parameters import PARAMETERS, SAMPLE_INTERVAL, Parameters
+from pinchoff.model.parameters import (
+    PARAMETERS,
+    SAMPLE_INTERVAL,
+    Parameters,
+    require_parameters,
+)
 from pinchoff.model.results import Collision, collision_of
-from pinchoff.model.run_table import first_meeting
+from pinchoff.model.run_table import CHUNK_SIZE, first_meeting, run_batch, varied_columns
 from pinchoff.support.arguments import checked_whole, finite_or_nan
 from pinchoff.support.errors import InputError, SimulationError
 from pinchoff.support.progress import Show, progress_bar, shifted, wanted_progress
@@ -32,9 +37,6 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
 
 __all__ = ["Collision", "Flow", "simulate", "simulate_many"]
-
-Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
-"""Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
 
 RECORDING_INTERVAL = 0.05
 """Time between two recorded outlines unless said otherwise, t0."""
@@ -110,13 +112,13 @@ def simulate(
     >>> len(collision.outlines.times)
     85
     """
-    _require_parameters("parameters", parameters)
+    require_parameters("parameters", parameters)
     circles = obstacle_circles(parameters, obstacles)
     starts = droplet_circles(parameters, droplets, circles)
     if flow is None:
         flow = _flow_around(circles)
     require_flow(flow)
-    _require_callable(on_frame)
+    require_on_frame(on_frame)
     keep = outlines is not None and outlines is not False
     every = _samples_between_records(outlines)
     system = _core.System(parameters.model_row(), flow, circles, starts)
@@ -134,7 +136,12 @@ def simulate(
     recording = keep or on_frame is not None
     with progress_bar(progress, "collision", parameters.time_limit) as show:
         _run(system, every, record if recording else None, show)
-    kept = _outlines(times, frames, circles, parameters) if keep else None
+    kept = None
+    if keep:
+        from pinchoff.model.outlines import Outlines  # only when asked for
+
+        values = parameters.model_dump(mode="json")
+        kept = Outlines.from_frames(times, frames, circles, values)
     own = obstacles is not None or droplets is not None
     met = first_meeting(parameters, system.contacts(), circles, starts) if own else {}
     return collision_of(parameters, system, kept, met)
@@ -159,14 +166,6 @@ def _run(
             return
         # A sample is a whole number of steps, close to its nominal length: half way is the next.
         system.advance(system.time + 0.5 * SAMPLE_INTERVAL)
-
-
-def _outlines(
-    times: list[float], frames: list[Frame], circles: Floats, parameters: Parameters
-) -> Outlines:
-    from pinchoff.model.outlines import Outlines  # only when asked for
-
-    return Outlines.from_frames(times, frames, circles, parameters.model_dump(mode="json"))
 
 
 def simulate_many(
@@ -365,12 +364,6 @@ def _samples_between_records(outlines: object) -> int:
     return max(1, math.ceil(min(interval, LONGEST_INTERVAL) / SAMPLE_INTERVAL - 1e-9))
 
 
-def _require_parameters(name: str, value: object) -> None:
-    if not isinstance(value, Parameters):
-        advice = "build it with pinchoff.Parameters(...)"
-        raise InputError.of(name, "a Parameters", value, advice)
-
-
 def require_flow(flow: object) -> None:
     """Refuse anything that is not a flow."""
     if not isinstance(flow, Flow):
@@ -378,7 +371,8 @@ def require_flow(flow: object) -> None:
         raise InputError.of("flow", "a flow", flow, advice)
 
 
-def _require_callable(on_frame: object) -> None:
+def require_on_frame(on_frame: object) -> None:
+    """Refuse what cannot be called for every frame."""
     if on_frame is not None and not callable(on_frame):
         advice = "give a function of (time, droplets)"
         raise InputError.of("on_frame", "callable", on_frame, advice)

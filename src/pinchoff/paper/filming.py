@@ -41,16 +41,10 @@ DROPLETS = {
 
 
 def filmed_comparison(folder: Path, figure: str, seed: int) -> Comparison:
-    """Film a droplet, measure the clip, and simulate what was measured.
+    """Film one of the `DROPLETS`, measure the clip, and simulate what was measured.
 
-    Parameters
-    ----------
-    folder : Path
-        The clip and its measurements are written here. An existing clip is not made again.
-    figure : str
-        One of `DROPLETS`.
-    seed : int
-        Seed of the camera's noise.
+    The folder takes the clip and its measurements; an existing clip is not made again. The seed is
+    that of the camera's noise.
     """
     wanted = DROPLETS[figure]
     microscope = Microscope(seed=seed, pixel_size_um=wanted.pixel_size_um)

@@ -16,7 +16,6 @@ from pinchoff.fits.intervals import PROFILE
 from pinchoff.model.parameters import DEFAULTS
 from pinchoff.paper.study import Study, paper_breakup_number
 from pinchoff.paper.verdicts import (
-    ARITHMETIC,
     MEASURED,
     NEEDS_DATA,
     RECOVERED,
@@ -26,9 +25,10 @@ from pinchoff.paper.verdicts import (
     beside,
     estimated,
     four_digits,
+    judged,
+    misprint,
     ordered,
     plain,
-    verdict_of,
 )
 from pinchoff.studies.boundary.collapse import collapse_spread, slopes
 from pinchoff.support import paper_constants as the_paper
@@ -91,14 +91,9 @@ def _law(study: Study) -> Iterator[Number]:
                 kind,
                 factor=1.5,
             )
-    yield plain(
-        "collisions in a part of the bootstrap",
-        "sec. 4.2",
-        "2,528",
-        2528,
-        the_paper.COLLISION_COUNT / 2,
-        "half of 5,056",
-    )
+    half = the_paper.COLLISION_COUNT / 2
+    name = "collisions in a part of the bootstrap"
+    yield plain(name, "sec. 4.2", "2,528", 2528, half, "half of 5,056")
 
 
 def _exponents(study: Study) -> Iterator[Number]:
@@ -129,14 +124,12 @@ def _line(study: Study) -> Iterator[Number]:
     fit = study.line.fit()
     how = f"{ENGINE}, {len(study.line.runs)} collisions"
     alpha, beta = the_paper.SIMULATION_ALPHA, the_paper.SIMULATION_BETA
-    for name, known, found_here in (
+    for name, known, ours in (
         ("prefactor α, simulations", alpha, fit.alpha),
         ("exponent β, simulations", beta, fit.beta),
     ):
         paper = four_digits(known)
-        yield estimated(
-            name, "sec. 4.1", paper, (known, 0.0), found_here, how, SIMULATED, _CALIBRATED
-        )
+        yield estimated(name, "sec. 4.1", paper, (known, 0.0), ours, how, SIMULATED, _CALIBRATED)
     conversion = study.conversion
     if conversion is not None:
         estimate = Estimate(conversion.value, conversion.low, conversion.high)
@@ -168,55 +161,36 @@ def _springs(study: Study) -> Iterator[Number]:
         f"each alone: {four_digits(min(tilts))} to {four_digits(max(tilts))}",
     )
     spread = collapse_spread(found)
-    yield Number(
+    yield judged(
         "collapse of S_c with μ̃/γ̃",
         "appendix C",
         "one curve",
         f"within {spread.largest:.2%}",
-        "",
+        spread.largest,
+        spread.largest < 0.02,
         ENGINE,
         SIMULATED,
-        verdict_of(SIMULATED, spread.largest < 0.02),
-        spread.largest,
     )
     ratio = DEFAULTS["edge_stiffness"] / DEFAULTS["line_tension"]
-    yield Number(
+    yield judged(
         "k̃_l/γ̃",
         "sec. 3.4",
         "< 0.05",
         f"{ratio:.3g}",
-        "",
-        "default preset",
-        ARITHMETIC,
-        verdict_of(ARITHMETIC, ratio < 0.05),
         ratio,
+        ratio < 0.05,
+        "default preset",
         note="a choice; at break-up the springs pull several times as hard as line tension",
     )
 
 
 def _breakup_number(study: Study) -> Iterator[Number]:
     alpha, beta = PAPER_EXPERIMENT_LINE
-    yield plain(
-        "prefactor of Bk",
-        "eq. (Bkequation)",
-        "28",
-        28.0,
-        alpha ** (1 / beta),
-        "α^(1/β)",
-        factor=1.05,
-    )
-    yield Number(
-        "exponent of S in Bk",
-        "eq. (Bkequation)",
-        "−4/3",
-        f"{-1 / beta:.3f}",
-        "",
-        "−1/β",
-        ARITHMETIC,
-        "misprint",
-        -1 / beta,
-        note="from its definition; the abstract has +4/3",
-    )
+    place, prefactor = "eq. (Bkequation)", alpha ** (1 / beta)
+    yield plain("prefactor of Bk", place, "28", 28.0, prefactor, "α^(1/β)", factor=1.05)
+    note = "from its definition; the abstract has +4/3"
+    shown = f"{-1 / beta:.3f}"
+    yield misprint("exponent of S in Bk", place, "−4/3", shown, -1 / beta, "−1/β", note)
     yield plain(
         "growth of P from 5 to 95 %, factor in Bk",
         "sec. 4.2",
@@ -229,52 +203,38 @@ def _breakup_number(study: Study) -> Iterator[Number]:
     used = study.collisions.table[study.collisions.table["symmetry"] > 0]
     number = study.law.fit.breakup_number(used)
     decades = float(np.log10(number.max() / number.min()))
-    kind = _kind_of_data(study)
-    yield Number(
+    yield judged(
         "orders of magnitude of Bk",
         "sec. 4.2",
         "6",
         f"{decades:.1f}",
-        "",
-        data_name(study),
-        kind,
-        verdict_of(kind, decades > 5.5),
         decades,
+        decades > 5.5,
+        data_name(study),
+        _kind_of_data(study),
     )
 
 
 def _geometry(study: Study) -> Iterator[Number]:
     heights = np.array([1e-3, 1.01e-3])  # h/D of two droplets that share one h
-    logs = [
-        np.log(2 * segment_area(1.0, 1 / heights) / (np.pi / 4 / heights**2)),
-        -2 * np.log(heights),
-    ]
-    slope = float(np.diff(logs[0])[0] / np.diff(logs[1])[0])
-    yield plain(
-        "β of one height h ≪ D0",
-        "sec. 4.2",
-        "−3/4",
-        SMALL_SEGMENT_EXPONENT,
-        slope,
-        "circular segments",
-        factor=1.002,
-    )
+    areas = np.pi / 4 / heights**2
+    symmetries = 2 * segment_area(1.0, 1 / heights) / areas
+    slope = float(np.diff(np.log(symmetries))[0] / np.diff(np.log(areas))[0])
+    name, how, known = "β of one height h ≪ D0", "circular segments", SMALL_SEGMENT_EXPONENT
+    yield plain(name, "sec. 4.2", "−3/4", known, slope, how, factor=1.002)
     ratio = 4 ** (1 + PAPER_EXPERIMENT_LINE.beta)
     yield plain(
         "A_small of twice the radius", "fig. 6", "1.4", 1.4, ratio, "4^(1 + β)", factor=1.05
     )
     number = paper_breakup_number(0.02, 1.0)
-    yield Number(
+    yield misprint(
         "Bk of A = 0.02 mm² at 1.0 mm/s",
         "fig. 6",
         "1",
         f"{number:.2g} at most",
-        "",
-        "its definition",
-        ARITHMETIC,
-        "misprint",
         number,
-        note="head-on, standard conditions; A = 0.2 mm² has Bk = 1 at S = 0.62",
+        "its definition",
+        "head-on, standard conditions; A = 0.2 mm² has Bk = 1 at S = 0.62",
     )
 
 
@@ -296,31 +256,19 @@ def _daughters(study: Study) -> Iterator[Number]:
     broke = study.simulated[study.simulated["broke"].astype(bool)]
     below = broke["daughter_area_ratio"] <= area_ratio_bound(broke["symmetry"]) + 1e-9
     share = float(below.mean())
-    yield Number(
-        "simulated A1/A2 below S/(2 − S)",
-        "sec. 4.3",
-        "all",
-        f"{share:.1%} of {len(broke)}",
-        "",
-        ENGINE,
-        SIMULATED,
-        verdict_of(SIMULATED, share == 1.0),
-        share,
-    )
+    name, shown = "simulated A1/A2 below S/(2 − S)", f"{share:.1%} of {len(broke)}"
+    yield judged(name, "sec. 4.3", "all", shown, share, share == 1.0, ENGINE, SIMULATED)
 
 
 def _scales(_: Study) -> Iterator[Number]:
     viscosity = [cst * 1e-6 * the_paper.OIL_DENSITY_KG_M3 * 1e3 for cst in _OIL_CST]
-    yield Number(
+    yield misprint(
         "viscosity of the oils",
         "sec. 2",
         "480, 960 Pa s",
         f"{viscosity[0]:g}, {viscosity[1]:g} mPa s",
-        "",
-        "50 and 100 cSt at 960 kg/m³",
-        ARITHMETIC,
-        "misprint",
         viscosity[0],
+        "50 and 100 cSt at 960 kg/m³",
     )
     tension = the_paper.SURFACE_TENSION_MN_M
     ca = capillary_number(viscosity, the_paper.SPEEDS_MM_S, tension)
@@ -331,31 +279,20 @@ def _scales(_: Study) -> Iterator[Number]:
         max(the_paper.OBSTACLE_RADII_UM),
         the_paper.VISCOSITY_MPA_S,
     )
-    yield Number(
-        "Re",
-        "sec. 2",
-        "≤ O(10⁻²)",
-        f"≤ {numeral(reynolds, '.1e')}",
-        "",
-        "ρ v R/μ",
-        ARITHMETIC,
-        verdict_of(ARITHMETIC, reynolds < 1e-1),
-        reynolds,
-    )
+    shown = f"≤ {numeral(reynolds, '.1e')}"
+    yield judged("Re", "sec. 2", "≤ O(10⁻²)", shown, reynolds, reynolds < 1e-1, "ρ v R/μ")
     film = ca ** (2 / 3)
     yield ordered("δ/z = Ca^(2/3)", "sec. 3.4", "O(10⁻²)", 1e-2, film, factor=5)
     typical = float(capillary_number(the_paper.VISCOSITY_MPA_S, 1.0, tension)) ** (2 / 3)
     wide = (typical * the_paper.OBSTACLE_RADIUS_UM / the_paper.MEDIAN_DIAMETER_UM) ** 2
-    yield Number(
+    yield judged(
         "Ca/Ca_eff = (δ/D0)²",
         "sec. 3.4",
         "O(10⁻⁴)",
         numeral(typical**2, ".1e"),
-        "",
-        "1 mm/s, D0 = z",
-        ARITHMETIC,
-        verdict_of(ARITHMETIC, 1e-5 < typical**2 < 1e-3),
         typical**2,
+        1e-5 < typical**2 < 1e-3,
+        "1 mm/s, D0 = z",
         note=f"{numeral(wide, '.1e')} with D0 = 481 µm; the paper takes both to be of one order",
     )
 

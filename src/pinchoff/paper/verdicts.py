@@ -199,8 +199,7 @@ def plain(
     """Compare two numbers within a factor, which allows for the paper's rounding."""
     ratio = ours / known
     same = ratio > 0 and max(ratio, 1 / ratio) <= factor + 1e-9
-    shown = f"{four_digits(ours)}{unit}"
-    return Number(name, place, paper, shown, "", how, kind, verdict_of(kind, same), ours)
+    return judged(name, place, paper, f"{four_digits(ours)}{unit}", ours, same, how, kind)
 
 
 def ordered(
@@ -211,10 +210,31 @@ def ordered(
     low, high = float(values.min()), float(values.max())
     same = known / factor <= low and high <= known * factor
     shown = f"{numeral(low, '.1e')} to {numeral(high, '.1e')}"
-    middle = math.sqrt(low * high)
-    verdict = verdict_of(ARITHMETIC, same)
-    how = str(ARITHMETIC)
-    return Number(name, place, paper, shown, "", how, ARITHMETIC, verdict, middle, low, high)
+    found = judged(name, place, paper, shown, math.sqrt(low * high), same, ARITHMETIC)
+    return replace(found, low=low, high=high)
+
+
+def judged(
+    name: str,
+    place: str,
+    paper: str,
+    shown: str,
+    ours: float,
+    same: bool,
+    how: str,
+    kind: Kind = ARITHMETIC,
+    note: str = "",
+) -> Number:
+    """Return a number without an interval, of which the caller says whether it is the paper's."""
+    verdict = verdict_of(kind, same)
+    return Number(name, place, paper, shown, "", how, kind, verdict, ours, note=note)
+
+
+def misprint(
+    name: str, place: str, paper: str, shown: str, ours: float, how: str, note: str = ""
+) -> Number:
+    """Return a number for which the paper prints another one than follows from it."""
+    return Number(name, place, paper, shown, "", how, ARITHMETIC, "misprint", ours, note=note)
 
 
 def four_digits(value: float) -> str:

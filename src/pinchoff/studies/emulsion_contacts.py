@@ -1,4 +1,4 @@
-"""What came of each contact of an emulsion's droplets with a pillar, for the break-up law."""
+"""What came of each contact of an emulsion's droplets with a pillar: rows for the break-up law."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.collisions.law import breakup_number
-from pinchoff.support.paper_constants import CA_PER_CA_SIM
+from pinchoff.collisions.schema import COLUMNS, measured_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 SETTLED = 3.0
 """A contact counts as one without a break-up once the droplet went on for so long, t0, unmerged."""
 
-_MERGED = ("droplet_id", "partner")
+SOURCE = "emulsion"
+_CA_STANDS_FOR = tuple(c for c in COLUMNS if c.name in ("ca_per_ca_sim", "ca_speed"))
+UNSETTLED = "neither broke nor went on for long enough before the run ended"
 
 
 def contact_outcomes(
@@ -71,11 +73,11 @@ def contact_outcomes(
     ended = gone.reindex(droplet).fillna(math.inf).to_numpy(np.float64)
     merged = events[kinds == "merge"]
     seen = np.full(len(met), end)
-    for name in _MERGED if len(merged) else ():
+    for name in ("droplet_id", "partner") if len(merged) else ():
         times = merged.set_index(name)["time"].reindex(droplet).to_numpy(np.float64)
         seen = np.fmin(seen, times)
     number = breakup_number(
-        CA_PER_CA_SIM * parameters.simulation_capillary_number * met["speed"],
+        parameters.capillary_number * met["speed"],
         normalized_area=met["area"] / circles[pillar, 2] ** 2,
         symmetry=met["symmetry"],
     )
@@ -92,3 +94,38 @@ def contact_outcomes(
             "settled": (ended < math.inf) | (time + SETTLED <= seen),
         }
     )
+
+
+def contact_table(
+    events: pd.DataFrame, contacts: pd.DataFrame, parameters: Parameters
+) -> pd.DataFrame:
+    """Return the contacts of a run as collisions, a row each, as `contact_outcomes` found them.
+
+    Ca is made with the droplet's speed at contact, and is that of the parameters for any size of a
+    droplet: the fluids are the same. The model is two-dimensional: z̃ is 1.
+    """
+    met = events[events["kind"].astype(str) == "contact"]
+    speed = met["speed"].to_numpy(np.float64)
+    area = met["area"].to_numpy(np.float64)
+    radius = contacts["radius"].to_numpy(np.float64)
+    settled = contacts["settled"].to_numpy(bool)
+    columns = {
+        "source": np.full(len(contacts), SOURCE, dtype=object),
+        "capillary_number": parameters.capillary_number * speed,
+        "ca_per_ca_sim": np.full(len(contacts), parameters.ca_per_ca_sim),
+        "ca_speed": np.full(len(contacts), "contact", dtype=object),
+        "normalized_area": area / radius**2,
+        "normalized_thickness": np.ones(len(contacts)),
+        "symmetry": contacts["symmetry"].to_numpy(np.float64),
+        "breakup_number": contacts["breakup_number"].to_numpy(np.float64),
+        "broke": contacts["broke"].to_numpy(bool),
+        "accepted": settled,
+        "reject_reason": np.where(settled, "", UNSETTLED).astype(object),
+        "speed": speed,
+        "impact_parameter": met["impact_parameter"].to_numpy(np.float64),
+    }
+    if parameters.scale is not None:
+        columns["speed_mm_s"] = speed * parameters.scale.speed_mm_s
+        columns["area_um2"] = area * parameters.scale.diameter_um**2
+        columns["obstacle_radius_um"] = radius * parameters.scale.diameter_um
+    return measured_table(columns, more=_CA_STANDS_FOR)

@@ -1,8 +1,6 @@
-"""Droplet sizes of an emulsion: means and distributions with errors, rates, and steadiness.
+"""Droplet sizes of an emulsion: means and distributions, rates, and steadiness.
 
-What droplets do in an array is correlated in time. Every error here comes from blocks that are
-longer than the correlation time, left out one after the other (jackknife); where the record is too
-short for that many blocks the error is not a number, and `SizeStudy.remarks` says so.
+Every error comes from blocks of time, as `block_errors` says.
 """
 
 from __future__ import annotations
@@ -11,7 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +18,7 @@ from pinchoff.studies.block_errors import (
     BLOCK,
     FEWEST_BLOCKS,
     MOST_BLOCKS,
+    Floats,
     Measured,
     correlation_time,
     jackknife,
@@ -30,8 +29,6 @@ from pinchoff.support.numerals import counted
 if TYPE_CHECKING:
     import pandas as pd
 
-Floats: TypeAlias = NDArray[np.float64]
-
 FEWEST_FRAMES = 8
 """Fewer tell no correlation time."""
 
@@ -39,6 +36,7 @@ STEADY_TIMES = 5.0
 """Residence times without a trend, for sizes to be called steady."""
 
 _CREATES, _REMOVES = ("entered", "breakup"), ("left", "merge", "retired")
+_RATED = ("entered", "left", "breakup", "merge", "retired")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,61 +136,38 @@ def study_sizes(
     end = float(series["time"].max()) if len(series) else 0.0
     begin = 0.5 * end if start is None else checked_number("start", start, "give it in t0")
     kept = series[series["time"] >= begin]
-    times = kept["time"].to_numpy(np.float64)
-    correlation, ends, remarks = _blocks(times, kept["mean_area"].to_numpy(np.float64), begin)
-    late = sizes[sizes["time"] >= begin]
-    diameters = late["diameter"].to_numpy(np.float64)
-    edges = np.linspace(0.0, 1.0001 * diameters.max(initial=0.0) or 1.0, bins + 1)
-    sums = _block_sums(late["time"].to_numpy(np.float64), diameters, ends, edges)
-    happened = events[(events["time"] > begin) & (events["time"] <= end)]
-    kinds = happened["kind"].astype(str).to_numpy()
-    moments: Floats = happened["time"].to_numpy(np.float64)
-    rates = {
-        kind: _rate(np.asarray(kinds == kind, dtype=np.float64), moments, ends)
-        for kind in ("entered", "left", "breakup", "merge", "retired")
-    }
-    gains = np.asarray(np.isin(kinds, _CREATES) * 1.0 - np.isin(kinds, _REMOVES))
-    growth = _rate(gains, moments, ends)
-    exchange = _exchange(kinds, moments, ends)
+    correlation, ends, remarks = _blocks(
+        kept["time"].to_numpy(np.float64), kept["mean_area"].to_numpy(np.float64), begin
+    )
+    # Blocks begin with the first frame that is kept, which may be later than `begin`.
+    happened = events[(events["time"] > ends[0]) & (events["time"] <= end)]
+    rates, growth, exchange = _event_rates(happened, ends)
     if rates["left"].value > 0:
         residence_time = float(kept["count"].mean()) / rates["left"].value
     residence = math.nan if residence_time is None else residence_time
     trend = _trend(series, residence)
     steady = _steady(growth, trend)
     if steady is None:
+        known = f"each {residence:.3g} t0 long."
         remarks.append(
             "Whether sizes are steady was not measured, because that takes an error of the rates "
             f"and {STEADY_TIMES:g} residence times, "
-            + (
-                "which are not known before a droplet has left."
-                if math.isnan(residence)
-                else f"each {residence:.3g} t0 long."
-            )
+            + ("which are not known before a droplet has left." if math.isnan(residence) else known)
         )
-
-    def mean(of: Callable[[Floats], float]) -> Measured:
-        return jackknife(sums.moments, of)
-
     return SizeStudy(
-        series,
-        begin,
-        end,
-        correlation,
-        len(ends) - 1,
-        mean(lambda m: _ratio(m[1], m[0])),
-        mean(lambda m: _ratio(m[3], m[2])),
-        mean(lambda m: _ratio(math.pi / 4 * m[2], m[0])),
-        mean(lambda m: _ratio(m[4] * m[0], m[2] ** 2)),
-        edges,
-        _density(sums.numbers, edges),
-        _density(sums.areas, edges),
-        rates,
-        growth,
-        exchange,
-        residence,
-        trend,
-        steady,
-        remarks,
+        series=series,
+        start=begin,
+        end=end,
+        correlation_time=correlation,
+        blocks=len(ends) - 1,
+        **_distribution(sizes[sizes["time"] >= begin], ends, bins),
+        rates=rates,
+        growth=growth,
+        exchange=exchange,
+        residence_time=residence,
+        trend=trend,
+        steady=steady,
+        remarks=remarks,
     )
 
 
@@ -229,68 +204,79 @@ def _ratio(part: float, whole: float) -> float:
     return float(part / whole) if whole > 0 else math.nan
 
 
-class _Sums(NamedTuple):
-    moments: Floats  # (blocks, 5): sum of d^0, d, d^2, d^3, d^4
-    numbers: Floats  # (blocks, bins)
-    areas: Floats
-
-
 def _series(sizes: pd.DataFrame) -> pd.DataFrame:
     import pandas as pd
 
     d = sizes["diameter"].to_numpy(np.float64)
-    powers = pd.DataFrame({"time": sizes["time"], "d1": d, "d2": d**2, "d3": d**3})
-    sums = powers.groupby("time", sort=True).agg(
-        count=("d1", "size"), d1=("d1", "sum"), d2=("d2", "sum"), d3=("d3", "sum")
-    )
-    area = math.pi / 4 * sums["d2"]
+    frames = pd.DataFrame({"d": d, "d2": d**2, "d3": d**3}).groupby(sizes["time"].to_numpy())
+    count, sums = frames.size().to_numpy(), frames.sum()
+    area = math.pi / 4 * sums["d2"].to_numpy()
     return pd.DataFrame(
         {
             "time": sums.index.to_numpy(np.float64),
-            "count": sums["count"].to_numpy(),
-            "area": area.to_numpy(),
-            "mean_diameter": (sums["d1"] / sums["count"]).to_numpy(),
+            "count": count,
+            "area": area,
+            "mean_diameter": sums["d"].to_numpy() / count,
             "weighted_diameter": (sums["d3"] / sums["d2"]).to_numpy(),
-            "mean_area": (area / sums["count"]).to_numpy(),
+            "mean_area": area / count,
         }
     )
 
 
-def _block_sums(times: Floats, diameters: Floats, ends: Floats, edges: Floats) -> _Sums:
+def _block_sums(ends: Floats, times: Floats, *weights: Floats) -> Floats:
+    """Return the sum of each weight over each block, shape (blocks, weights)."""
     which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
-    count, bins = len(ends) - 1, len(edges) - 1
-    powers = [np.bincount(which, diameters**k, minlength=count) for k in range(5)]
-    cells = which * bins + np.clip(np.searchsorted(edges, diameters, "right") - 1, 0, bins - 1)
-    numbers = np.bincount(cells, minlength=count * bins).reshape(count, bins)
-    areas = np.bincount(cells, diameters**2, minlength=count * bins).reshape(count, bins)
-    moments = np.column_stack(powers).astype(np.float64)
-    return _Sums(moments, numbers.astype(np.float64), areas.astype(np.float64))
+    sums = [np.bincount(which, weight, minlength=len(ends) - 1) for weight in weights]
+    return np.column_stack(sums).astype(np.float64)
 
 
-def _density(blocks: Floats, edges: Floats) -> Floats:
-    """Return density and error of each bin from sums in blocks, shape (bins, 2)."""
-    widths = np.diff(edges)
+def _distribution(sizes: pd.DataFrame, ends: Floats, bins: int) -> dict[str, Any]:
+    """Return the means and the distributions of a `SizeStudy`."""
+    times = sizes["time"].to_numpy(np.float64)
+    d = sizes["diameter"].to_numpy(np.float64)
+    edges = np.linspace(0.0, 1.0001 * d.max(initial=0.0) or 1.0, bins + 1)
+    moments = _block_sums(ends, times, *(d**k for k in range(5)))
 
-    def density(sums: Floats, k: int) -> float:
-        return _ratio(sums[k], sums.sum() * widths[k])
+    def mean(of: Callable[[Floats], float]) -> Measured:
+        return jackknife(moments, of)
 
-    return np.array([jackknife(blocks, partial(density, k=k)) for k in range(len(widths))])
+    def density(weights: Floats) -> Floats:
+        """Return density and error of each bin, shape (bins, 2)."""
+        blocks, _, _ = np.histogram2d(times, d, (ends, edges), weights=weights)
+        widths = np.diff(edges)
+
+        def of_bin(sums: Floats, k: int) -> float:
+            return _ratio(sums[k], sums.sum() * widths[k])
+
+        return np.array([jackknife(blocks, partial(of_bin, k=k)) for k in range(bins)])
+
+    return {
+        "mean_diameter": mean(lambda m: _ratio(m[1], m[0])),
+        "weighted_diameter": mean(lambda m: _ratio(m[3], m[2])),
+        "mean_area": mean(lambda m: _ratio(math.pi / 4 * m[2], m[0])),
+        "dispersity": mean(lambda m: _ratio(m[4] * m[0], m[2] ** 2)),
+        "edges": edges,
+        "by_number": density(np.ones_like(d)),
+        "by_area": density(d**2),
+    }
 
 
-def _rate(weights: Floats, times: Floats, ends: Floats) -> Measured:
-    """Return what happens per t0."""
-    which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
-    counts = np.bincount(which, weights, minlength=len(ends) - 1)
-    return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: _ratio(s[0], s[1]))
+def _event_rates(
+    events: pd.DataFrame, ends: Floats
+) -> tuple[dict[str, Measured], Measured, Measured]:
+    """Return events of each kind per t0, droplets gained per t0, and merges per break-up."""
+    times = events["time"].to_numpy(np.float64)
+    kinds = events["kind"].astype(str).to_numpy()
 
+    def per_time(weights: NDArray[Any]) -> Measured:
+        counts = _block_sums(ends, times, weights.astype(np.float64))
+        return jackknife(np.column_stack([counts, np.diff(ends)]), lambda s: _ratio(s[0], s[1]))
 
-def _exchange(kinds: NDArray[Any], times: Floats, ends: Floats) -> Measured:
-    """Return merges per break-up."""
-    which = np.clip(np.searchsorted(ends, times, side="right") - 1, 0, len(ends) - 2)
-    counts = [
-        np.bincount(which[kinds == kind], minlength=len(ends) - 1) for kind in ("merge", "breakup")
-    ]
-    return jackknife(np.column_stack(counts).astype(np.float64), lambda s: _ratio(s[0], s[1]))
+    rates = {kind: per_time(kinds == kind) for kind in _RATED}
+    gained = np.isin(kinds, _CREATES) * 1.0 - np.isin(kinds, _REMOVES)
+    exchanged = _block_sums(ends, times, kinds == "merge", kinds == "breakup")
+    exchange = jackknife(exchanged, lambda s: _ratio(s[0], s[1]))
+    return rates, per_time(gained), exchange
 
 
 def _trend(series: pd.DataFrame, residence: float) -> Measured:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+
+from pinchoff import _core
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -13,8 +16,8 @@ if TYPE_CHECKING:
     from pinchoff.model.outlines import Outlines
 
 _PASSING = 6  # frames that show a passage without a contact
-_APPROACH_GAP = 0.35  # between droplet and obstacle in the frame of the approach [D0]
-_DEPARTURE = 1.2  # of the foremost droplet beyond the last obstacle, in the last frame [D0]
+_APPROACH_GAP = 0.35  # between droplet and obstacle in the frame of the approach, D0
+_DEPARTURE = 1.2  # of the foremost droplet beyond the last obstacle, in the last frame, D0
 
 
 class Moment(NamedTuple):
@@ -25,30 +28,19 @@ class Moment(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """First contact of a droplet with an obstacle.
-
-    Attributes
-    ----------
-    frame : int
-    outline : int
-        Which of all outlines touches.
-    obstacle : int
-    """
+    """First contact of a droplet with an obstacle."""
 
     frame: int
-    outline: int
+    outline: int  # which of all outlines touches
     obstacle: int
 
 
 def collision_moments(outlines: Outlines) -> list[Moment]:
     """Choose the frames that tell a collision, from the outlines alone.
 
-    Returns
-    -------
-    list of Moment
-        Approach, contact, deformation, neck, break-up and after; without a break-up the greatest
-        deformation stands for the neck; without a contact, six frames of the passage. Moments that
-        fall on one frame are listed once.
+    They are approach, contact, deformation, neck, break-up and after; without a break-up the
+    greatest deformation stands for the neck; without a contact, six frames of the passage. Moments
+    that fall on one frame are listed once.
     """
     table = outlines.measure()
     contact = first_contact(outlines)
@@ -93,14 +85,22 @@ def _pass_moments(table: pd.DataFrame, outlines: Outlines) -> list[Moment]:
     near = table["frame"]
     if len(outlines.obstacles):
         low, high = outlines.obstacles[:, 0].min(), outlines.obstacles[:, 0].max()
-        near = near[table["x"].between(low - _DEPARTURE, high + _DEPARTURE)]
+        beyond = _DEPARTURE * _diameter(outlines)
+        near = near[table["x"].between(low - beyond, high + beyond)]
     first, last = (near.min(), near.max()) if len(near) else (0, len(outlines) - 1)
     frames = np.unique(np.linspace(first, last, _PASSING).round().astype(int))
     return [Moment(int(frame), "") for frame in frames]
 
 
+def _diameter(outlines: Outlines) -> float:
+    """Return D0 in the outlines' own unit; of filmed ones that of the first."""
+    if outlines.units == "D0" or not len(outlines.frame):
+        return 1.0
+    return math.sqrt(4.0 / math.pi * float(_core.area(outlines.outline(0).vertices)))
+
+
 def _distances(outlines: Outlines) -> Floats:
-    """Return the distance of each vertex from the surface of each obstacle: (V, M) [D0]."""
+    """Return the distance of each vertex from the surface of each obstacle, shape (V, M)."""
     separation = outlines.vertices[:, None, :] - outlines.obstacles[None, :, :2]
     return np.hypot(separation[..., 0], separation[..., 1]) - outlines.obstacles[:, 2]
 
@@ -119,9 +119,11 @@ def first_contact(outlines: Outlines) -> Contact | None:
 
 def _approach_frame(outlines: Outlines, contact: int) -> int:
     """Return the last frame before the contact in which every droplet keeps its distance."""
-    near = np.flatnonzero(_distances(outlines).min(axis=1) < _APPROACH_GAP)
-    outline = np.searchsorted(outlines.offsets, near[0], side="right") - 1
-    return max(min(int(outlines.frame[outline]), contact) - 1, 0)
+    gap = _APPROACH_GAP * _diameter(outlines)
+    near = np.flatnonzero(_distances(outlines).min(axis=1) < gap)
+    outlines_near = np.searchsorted(outlines.offsets, near[:1], side="right") - 1
+    first = min([contact, *map(int, outlines.frame[outlines_near])])
+    return max(first - 1, 0)
 
 
 def _breakup_frame(outlines: Outlines) -> int | None:
@@ -132,6 +134,6 @@ def _breakup_frame(outlines: Outlines) -> int | None:
 
 def _departure_frame(table: pd.DataFrame, outlines: Outlines, first: int) -> int:
     """Return the first frame after `first` in which a droplet is well past the obstacles."""
-    beyond = outlines.obstacles[:, 0].max() + _DEPARTURE
+    beyond = outlines.obstacles[:, 0].max() + _DEPARTURE * _diameter(outlines)
     gone = table.loc[(table["frame"] > first) & (table["x"] > beyond), "frame"]
     return int(gone.iloc[0]) if len(gone) else len(outlines) - 1

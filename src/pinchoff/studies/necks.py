@@ -110,15 +110,10 @@ def last_frame_necks(
 def thinning_history(collision: Collision) -> ThinningHistory:
     """Return the thinnest neck of a simulated droplet until its first break-up.
 
-    Parameters
-    ----------
-    collision : Collision
-        In which the droplet breaks, from physical quantities, with its outlines recorded often.
-
     Raises
     ------
     InputError
-        It does not break, or has no outlines or no physical scale.
+        It does not break, or has no outlines, which are best recorded often, or no physical scale.
     """
     outlines, scale = collision.outlines, collision.parameters.scale
     if not collision.broke or outlines is None or scale is None:

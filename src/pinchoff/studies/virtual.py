@@ -22,7 +22,7 @@ from pinchoff.collisions.law import (
     breakup_probability,
 )
 from pinchoff.collisions.schema import SYNTHETIC, Column, measured_table
-from pinchoff.model.parameters import Parameters
+from pinchoff.model.parameters import Parameters, require_parameters
 from pinchoff.support import paper_constants as paper
 from pinchoff.support.arguments import checked_number, checked_whole
 from pinchoff.support.errors import InputError
@@ -134,7 +134,9 @@ def virtual_experiment(
     symmetry_noise = checked_number("symmetry_noise", symmetry_noise, advice, low=0.0, high=0.5)
     generator = np.random.default_rng(seed)
     if outcomes == "engine":
-        columns = _simulated(generator, n, base or Parameters(), threads, progress)
+        base = Parameters() if base is None else base
+        require_parameters("base", base)
+        columns = _simulated(generator, n, base, threads, progress)
     else:
         columns = _by_law(generator, n, as_line(line), width)
     noise = generator.normal(0.0, symmetry_noise, n) if symmetry_noise else np.zeros(n)

@@ -28,14 +28,7 @@ def finite_or_nan(value: object) -> float:
 
 
 def number_rule(low: float = -math.inf, high: float = math.inf, *, above: bool = False) -> str:
-    """Say what a number must be; completes "must be".
-
-    Parameters
-    ----------
-    low, high : float, optional
-        What it must not pass.
-    above : bool, optional
-        Whether it must not reach `low` either.
+    """Say what a number from `low` to `high`, or above `low`, must be; completes "must be".
 
     Examples
     --------
@@ -61,17 +54,7 @@ def checked_number(
     high: float = math.inf,
     above: bool = False,
 ) -> float:
-    """Return a number as a float.
-
-    Parameters
-    ----------
-    argument : str
-        What the user calls it.
-    value : object
-    advice : str
-        What to do about a wrong one.
-    low, high, above
-        As of `number_rule`.
+    """Return a number as a float; its limits are as of `number_rule`.
 
     Raises
     ------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -43,10 +44,13 @@ class Explanation:
         Completes "<name> must be".
     meaning : str
         What the value is; completes "give".
+    note : str
+        What else the documentation says of it.
     """
 
     rule: str
     meaning: str
+    note: str
 
     @property
     def advice(self) -> str:
@@ -57,24 +61,35 @@ class Explanation:
         """Add to the JSON schema, as pydantic asks of what stands in this place: nothing."""
 
 
-def explained(rule: str, meaning: str, **options: Any) -> Any:
-    """Return a pydantic field that carries its rule and meaning into the error message.
-
-    Parameters
-    ----------
-    rule : str
-        Completes "<name> must be".
-    meaning : str
-        Completes "give".
-    **options
-        For `pydantic.Field`: the default and the bounds.
-    """
-    return Field(description=meaning, json_schema_extra=Explanation(rule, meaning), **options)
+def explained(rule: str, meaning: str, *, note: str = "", **options: Any) -> Any:
+    """Return a pydantic field, with its `Explanation`; options are those of `pydantic.Field`."""
+    entry = Explanation(rule, meaning, note)
+    return Field(description=meaning, json_schema_extra=entry, **options)
 
 
 def number(low: float, high: float, meaning: str, **options: Any) -> Any:
     """Return a pydantic field for a number in [low, high]."""
     return explained(number_rule(low, high), meaning, ge=low, le=high, **options)
+
+
+_DOCSTRING_WIDTH = 92
+
+
+def with_parameters(docstring: str | None, parameters: Mapping[str, str]) -> str | None:
+    """Return a docstring with parameters, ``name : type`` and text, in place of ``**values``."""
+    if docstring is None:  # python -OO
+        return None
+    lines = docstring.splitlines()
+    place = lines.index("    **values")
+    indent = " " * 8
+    written = []
+    for name, text in parameters.items():
+        text = f"{text[0].upper()}{text[1:]}"
+        wrapped = textwrap.wrap(
+            text, _DOCSTRING_WIDTH, initial_indent=indent, subsequent_indent=indent
+        )
+        written += [f"    {name}", *wrapped]
+    return "\n".join([*lines[:place], *written, *lines[place + 2 :]])
 
 
 _PYDANTICS = {*dir(BaseModel)}
@@ -148,6 +163,39 @@ class Checked(BaseModel):
         return self.replace(**(update or {}))
 
 
+_PARAMETERS = """
+
+    Parameters
+    ----------
+    **values
+        Each as its entry says.
+    """
+
+
+class Documented(Checked):
+    """A model whose docstring lists its parameters as their entries in the class body say."""
+
+    @classmethod
+    def __pydantic_init_subclass__(cls, **options: Any) -> None:
+        """Write the entries in place of ``**values``, or behind the docstring."""
+        super().__pydantic_init_subclass__(**options)
+        text = cls.__doc__
+        if text is not None and "**values" not in text:
+            text += _PARAMETERS
+        entries = dict(map(_described, cls.model_fields.items()))
+        cls.__doc__ = with_parameters(text, entries)
+
+
+def _described(parameter: tuple[str, FieldInfo]) -> tuple[str, str]:
+    name, field = parameter
+    entry = field.json_schema_extra
+    assert isinstance(entry, Explanation)
+    kinds: dict[Any, str] = {float: "float", int: "int", bool: "bool"}
+    default = "" if field.is_required() else f", by default {field.default}"
+    text = f"{entry.meaning}: {entry.rule}{default}. {entry.note}".rstrip()
+    return f"{name} : {kinds.get(field.annotation, 'str')}", text
+
+
 def _shown(field: FieldInfo) -> Any:
     """Return the default that a signature shows: None where it follows from other values."""
     if field.is_required():
@@ -162,7 +210,7 @@ def _refusal(model: type[BaseModel], error: ValidationError) -> InputError:
     cause = finding.get("ctx", {}).get("error")
     if isinstance(cause, InputError):
         return cause.within(name) if name else cause
-    if not name:
+    if not finding["loc"]:
         advice = "give it as keywords"
         return InputError.of(model.__name__, "a table of values", finding["input"], advice)
     field = model.model_fields.get(name)

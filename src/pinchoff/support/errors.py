@@ -159,13 +159,8 @@ def refused_by_system(error: OSError, argument: str = "") -> PinchoffError:
     """Make the error for what the system refused, in the one form, with what to do.
 
     It is an `InputError` where another name or place would do, and a `PinchoffError` where the
-    machine must be helped, as where a disk is full.
-
-    Parameters
-    ----------
-    error : OSError
-    argument : str, optional
-        Name of the thing that is wrong; by default the file that the error names.
+    machine must be helped, as where a disk is full. What is wrong is called by the argument's name,
+    or else by that of the file.
 
     Examples
     --------

@@ -53,6 +53,28 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError.of(str(path), "a TOML file", str(error), "correct it there") from None
 
 
+def put_in_table(config: dict[str, Any], key: str, value: object) -> None:
+    """Put a value where its dotted key says, leaving the other values of its table alone.
+
+    Raises
+    ------
+    InputError
+        What stands before the dot is no table.
+
+    Examples
+    --------
+    >>> config = {"array": {"rows": 2}}
+    >>> put_in_table(config, "array.gap", 0.5)
+    >>> config
+    {'array': {'rows': 2, 'gap': 0.5}}
+    """
+    place, dot, name = key.partition(".")
+    table = config.setdefault(place, {}) if dot else config
+    if not isinstance(table, dict):
+        raise InputError.of(place, "a table", table, f"write it as [{place}]")
+    table[name if dot else place] = value
+
+
 def bounded_bytes(path: Path, most: int) -> bytes:
     """Read a file of no more than so many bytes; one such as /dev/zero has no end.
 

@@ -29,13 +29,7 @@ def held_folder(path: Path, argument: str = "out") -> Iterator[None]:
 
     The system lets it go when the process ends, however that ends. What dead processes left half
     written is removed first. A folder that was made for this and holds nothing in the end is
-    removed again.
-
-    Parameters
-    ----------
-    path : Path
-    argument : str, optional
-        Name of the folder in errors.
+    removed again. Errors call it by the argument's name.
 
     Raises
     ------
@@ -54,9 +48,8 @@ def held_folder(path: Path, argument: str = "out") -> Iterator[None]:
             rule = "a folder that can be written to"
             raise InputError.of(argument, rule, got, "choose another") from None
         held.callback(os.close, descriptor)
-        held.callback(
-            _remove_empty, made
-        )  # while it is locked: nobody else has begun to write there
+        # While it is locked: nobody else has begun to write there.
+        held.callback(_remove_empty, made)
         held.callback(_mine.reset, _mine.set(_mine.get() | {_identity(descriptor)}))
         yield
 
@@ -64,12 +57,6 @@ def held_folder(path: Path, argument: str = "out") -> Iterator[None]:
 @contextmanager
 def held_file(path: Path, argument: str = "out") -> Iterator[None]:
     """Keep other writers from a file, and from those beside it that belong to it.
-
-    Parameters
-    ----------
-    path : Path
-    argument : str, optional
-        Name of the file in errors.
 
     Raises
     ------

@@ -47,20 +47,10 @@ def wanted_progress(progress: bool | None) -> bool:
 def progress_bar(
     wanted: bool, label: str, total: float | None, *, start: int = 0, unit: str = ""
 ) -> Iterator[Bar | None]:
-    """Show a bar with the time left and give the function that moves it.
+    """Show a bar with the time left, if wanted, and give the function that moves it.
 
-    Parameters
-    ----------
-    wanted : bool
-        Whether to show it; if not, None is given.
-    label : str
-        What stands before it.
-    total : float or None
-        All there is to do, where that is known.
-    start : float, optional
-        What had been done before.
-    unit : str, optional
-        Of what is counted: then the count and the rate are shown too.
+    `total` is all there is to do, where that is known, and `start` what had been done before. With
+    the unit of what is counted, the count and the rate are shown too.
     """
     if not wanted:
         yield None

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Container, Mapping
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pinchoff.support.checked import Checked, Number, explained, unknown_name
+from pinchoff.support.checked import Documented, Number, explained, unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM, MEDIAN_DIAMETER_UM, OBSTACLE_RADIUS_UM
-from pinchoff.support.units import QuantityKind, magnitude_in, wrong_quantity
+from pinchoff.support.units import magnitude_of
 
 if TYPE_CHECKING:
     from pinchoff.support.units import Physical
@@ -65,23 +65,13 @@ def _positive(meaning: str) -> Any:
     return explained("a positive, finite number", meaning, gt=0.0)
 
 
-class PhysicalScale(Checked):
+class PhysicalScale(Documented):
     """The experiment that dimensionless parameters stand for.
 
     Parameters
     ----------
-    diameter_um : float
-        D0, the undeformed droplet's diameter, µm.
-    speed_mm_s : float
-        v_f∞, the fluid's speed, mm/s.
-    obstacle_radius_um : float
-        R, µm.
-    thickness_um : float
-        z, the chamber's thickness, µm.
-    viscosity_mPa_s : float
-        μ, the fluid's dynamic viscosity, mPa s.
-    surface_tension_mN_m : float
-        γ, mN/m.
+    **values
+        Each as its entry says.
 
     Raises
     ------
@@ -164,18 +154,25 @@ def ca_per_ca_sim(
     return constant * (MEDIAN_DIAMETER_UM / diameter_um) ** 2
 
 
-_SCALE_QUANTITIES = {
-    "diameter": QuantityKind("diameter_um", "um", "length", "481 um"),
-    "obstacle_radius": QuantityKind("obstacle_radius_um", "um", "length", "85 um"),
-    "speed": QuantityKind("speed_mm_s", "mm/s", "speed", "1.0 mm/s"),
-    "viscosity": QuantityKind("viscosity_mPa_s", "mPa*s", "dynamic viscosity", "48 mPa s"),
-    "surface_tension": QuantityKind("surface_tension_mN_m", "mN/m", "surface tension", "20 mN/m"),
-    "thickness": QuantityKind("thickness_um", "um", "length", "85 um"),
+class ScaleQuantity(NamedTuple):
+    """A quantity with its unit that gives a field of `PhysicalScale`."""
+
+    field: str
+    unit: str
+    example: str
+
+
+SCALE_QUANTITIES = {
+    "diameter": ScaleQuantity("diameter_um", "um", "481 um"),
+    "obstacle_radius": ScaleQuantity("obstacle_radius_um", "um", "85 um"),
+    "speed": ScaleQuantity("speed_mm_s", "mm/s", "1.0 mm/s"),
+    "viscosity": ScaleQuantity("viscosity_mPa_s", "mPa*s", "48 mPa s"),
+    "surface_tension": ScaleQuantity("surface_tension_mN_m", "mN/m", "20 mN/m"),
+    "thickness": ScaleQuantity("thickness_um", "um", "85 um"),
 }
-_OFFSET = QuantityKind("offset_um", "um", "length", "20 um")
+"""The quantities of an experiment, by their names."""
 
-
-PHYSICAL_NAMES = (*_SCALE_QUANTITIES, "offset")
+PHYSICAL_NAMES = (*SCALE_QUANTITIES, "offset")
 """The physical arguments; all but the offset are required."""
 
 GROUP_ORIGINS = {
@@ -188,20 +185,10 @@ GROUP_ORIGINS = {
 def physical_groups(
     quantities: Mapping[str, Physical | None], *, thickness_acts: bool = False
 ) -> dict[str, Any]:
-    """Read physical quantities with their units, and return what follows from them.
+    """Read the `PHYSICAL_NAMES` with their units, and return what follows from them.
 
-    Parameters
-    ----------
-    quantities : mapping of str to str or pint.Quantity
-        The `PHYSICAL_NAMES`; ``offset`` may be missing.
-    thickness_acts : bool, optional
-        Whether the chamber's thickness is in the model; else one that is not R is warned of.
-
-    Returns
-    -------
-    dict
-        ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
-        ``offset`` (D0).
+    That is ``size_ratio``, ``simulation_capillary_number``, ``scale`` and, where it is given,
+    ``offset`` (D0). A chamber whose thickness is not R is warned of, unless the thickness acts.
 
     Raises
     ------
@@ -209,9 +196,6 @@ def physical_groups(
         A name is unknown or missing; a value has no unit, the wrong unit, or is not finite; or
         something other than the offset is not positive.
     """
-    for name in quantities:
-        if name not in PHYSICAL_NAMES:
-            raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
     groups = groups_of_magnitudes(physical_magnitudes(quantities))
     if not thickness_acts:
         warn_of_thickness(groups["scale"])
@@ -228,11 +212,13 @@ def physical_magnitudes(
     InputError
         As `physical_groups`.
     """
-    given = (name for name in PHYSICAL_NAMES if name not in varied)
+    for name in quantities:
+        if name not in PHYSICAL_NAMES:
+            raise unknown_name(name, "the name of a physical quantity", name, PHYSICAL_NAMES)
     return {
         name: physical_magnitude(name, quantities.get(name))
-        for name in given
-        if name != "offset" or quantities.get(name) is not None
+        for name in PHYSICAL_NAMES
+        if name not in varied and (name != "offset" or quantities.get(name) is not None)
     }
 
 
@@ -245,18 +231,15 @@ def physical_magnitude(name: str, value: Physical | None) -> float:
         As `physical_groups`.
     """
     if name == "offset":
-        return magnitude_in(name, value, _OFFSET)
-    quantity = _SCALE_QUANTITIES[name]
-    magnitude = magnitude_in(name, value, quantity)
-    if not magnitude > 0:
-        raise wrong_quantity(name, value, quantity, "a positive")
-    return magnitude
+        return magnitude_of(name, value, "um", example="20 um")
+    _, unit, example = SCALE_QUANTITIES[name]
+    return magnitude_of(name, value, unit, example=example, positive=True)
 
 
 def groups_of_magnitudes(magnitudes: Mapping[str, float]) -> dict[str, Any]:
     """Return what follows from all the `PHYSICAL_NAMES`, as numbers in µm, mm/s, mPa s, mN/m."""
     scale = PhysicalScale(
-        **{quantity.field: magnitudes[name] for name, quantity in _SCALE_QUANTITIES.items()}
+        **{quantity.field: magnitudes[name] for name, quantity in SCALE_QUANTITIES.items()}
     )
     return groups_of_scale(scale, magnitudes.get("offset"))
 

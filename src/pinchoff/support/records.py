@@ -60,16 +60,7 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def read_record(path: Path, shape: type[Shape], rule: str, advice: str) -> dict[str, Any]:
-    """Read a file of JSON.
-
-    Parameters
-    ----------
-    path : Path
-    shape : type of Shape
-    rule : str
-        What the file is; completes "must be".
-    advice : str
-        What to do with one that is damaged.
+    """Read a file of JSON; the rule, which completes "must be", and the advice are for errors.
 
     Raises
     ------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from pinchoff.support.errors import InputError
 
@@ -12,15 +12,6 @@ if TYPE_CHECKING:
     import pint
 
     Physical = str | pint.Quantity[Any]
-
-
-class QuantityKind(NamedTuple):
-    """How a physical argument is read: its field in the scale, its unit and its kind."""
-
-    field: str
-    unit: str
-    kind: str
-    example: str
 
 
 KINDS = {
@@ -44,28 +35,56 @@ _QUANTITY = re.compile(
 _POINT = re.compile(r"(?<=[^\W\d_])\.(?=[^\W\d_])")  # of a product, as in mPa.s
 
 
-def magnitude_of(name: str, value: Physical, unit: str) -> float:
-    """Read a quantity and return its number in one of `KINDS`' units.
+def magnitude_of(
+    name: str, value: object, unit: str, *, example: str = "", positive: bool = False
+) -> float:
+    """Read a text or a pint.Quantity and return its number in one of `KINDS`' units.
+
+    The example is for the error; by default it is that of the unit.
 
     Raises
     ------
     InputError
-        It has no unit or the wrong one, or is not finite.
+        It has no unit or the wrong one, is not finite, or not positive.
 
     Examples
     --------
     >>> magnitude_of("width", "0.2 mm", "um")
     200.0
     """
-    return magnitude_in(name, value, QuantityKind(name, unit, *KINDS[unit]))
+    import pint  # not needed for dimensionless work, and slow to import
 
+    def wrong(adjective: str = "a") -> InputError:
+        got = "nothing" if value is None else str(value)
+        advice = f"write it like '{example or KINDS[unit][1]}'"
+        if _DECIMAL_COMMA.search(got):
+            advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
+        return InputError.of(
+            name, f"{adjective} {KINDS[unit][0]} with its unit", f"'{got}'", advice
+        )
 
-def positive_magnitude_of(name: str, value: Physical, unit: str) -> float:
-    """Read a quantity as `magnitude_of` does, and refuse one that is not positive."""
-    magnitude = magnitude_of(name, value, unit)
-    if not magnitude > 0:
-        raise wrong_quantity(name, value, QuantityKind(name, unit, *KINDS[unit]), "a positive")
+    try:
+        quantity = value if isinstance(value, pint.Quantity) else _parsed(value)
+        magnitude = float(quantity.m_as(unit))
+    except Exception:  # pint raises many kinds of errors, from TokenError to ZeroDivisionError
+        raise wrong() from None
+    if not math.isfinite(magnitude):
+        raise wrong("a finite")
+    if positive and not magnitude > 0:
+        raise wrong("a positive")
     return magnitude
+
+
+def _parsed(text: object) -> pint.Quantity[Any]:
+    """Read "<number> <unit>", and nothing that would have to be calculated."""
+    import pint
+
+    match = _QUANTITY.fullmatch(_POINT.sub("*", text)) if isinstance(text, str) else None
+    if match is None:
+        raise ValueError
+    quantity: pint.Quantity[Any]
+    quantity = pint.application_registry.Quantity(float(match["number"]), match["unit"])
+    return quantity
 
 
 def unit_factor(name: str, text: str, unit: str) -> float:
@@ -81,10 +100,10 @@ def unit_factor(name: str, text: str, unit: str) -> float:
     >>> unit_factor("speed", "m/s", "mm/s")
     1000.0
     """
-    kind, example = KINDS[unit]
     try:
-        return magnitude_in(name, f"1 {text}", QuantityKind(name, unit, kind, example))
+        return magnitude_of(name, f"1 {text}", unit)
     except InputError:
+        kind, example = KINDS[unit]
         advice = f"write it like {example.partition(' ')[2]}"
         raise InputError.of(name, f"a unit of {kind}", f"'{text}'", advice) from None
 
@@ -100,49 +119,3 @@ def is_unit(text: str) -> bool:
             continue
         return True
     return False
-
-
-def magnitude_in(name: str, value: object, quantity: QuantityKind) -> float:
-    """Read one quantity and return its number in `quantity.unit`."""
-    import pint  # not needed for dimensionless work, and slow to import
-
-    if isinstance(value, pint.Quantity):
-        parsed = value
-    elif isinstance(value, str):
-        try:
-            parsed = _parsed(value)
-        except Exception:  # pint raises many kinds of errors, from TokenError to ZeroDivisionError
-            raise wrong_quantity(name, value, quantity) from None
-    else:
-        raise wrong_quantity(name, "nothing" if value is None else value, quantity)
-    try:
-        magnitude = float(parsed.m_as(quantity.unit))
-    except (pint.PintError, TypeError, ValueError, OverflowError):
-        raise wrong_quantity(name, value, quantity) from None
-    if not math.isfinite(magnitude):
-        raise wrong_quantity(name, value, quantity, "a finite")
-    return magnitude
-
-
-def _parsed(text: str) -> pint.Quantity[Any]:
-    """Read "<number> <unit>", and nothing that would have to be calculated."""
-    import pint
-
-    match = _QUANTITY.fullmatch(_POINT.sub("*", text))
-    if match is None:
-        raise ValueError
-    quantity: pint.Quantity[Any]
-    quantity = pint.application_registry.Quantity(float(match["number"]), match["unit"])
-    return quantity
-
-
-def wrong_quantity(
-    name: str, value: object, quantity: QuantityKind, adjective: str = "a"
-) -> InputError:
-    """Return the error about a text that is not such a quantity."""
-    got = value if isinstance(value, str) else str(value)
-    rule = f"{adjective} {quantity.kind} with its unit"
-    advice = f"write it like '{quantity.example}'"
-    if _DECIMAL_COMMA.search(got):
-        advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
-    return InputError.of(name, rule, f"'{got}'", advice)

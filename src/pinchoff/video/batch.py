@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 import shutil
+import uuid
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, closing
@@ -158,13 +160,7 @@ def measure_videos(
 
 
 def clip_sources(clips: Iterable[str | os.PathLike[str]]) -> dict[str, Path]:
-    """Return the clips by their names; a folder that holds films or stacks stands for these.
-
-    Raises
-    ------
-    InputError
-        There are none, or two have the same name.
-    """
+    """Return the clips by their names; a folder that holds films or stacks stands for these."""
     found: dict[str, Path] = {}
     for given in map(Path, clips):
         for path in _clips_in(given) or [given]:
@@ -197,29 +193,15 @@ def _name_of(path: Path) -> str:
 
 
 class Job(NamedTuple):
-    """One clip that is to be measured.
-
-    Attributes
-    ----------
-    source, folder : Path
-        The clip, and where its results go.
-    name : str
-    settings : VideoSettings
-    overlay : bool
-        Whether to write an annotated clip.
-    processes : int
-        How many look at its frames at the same time.
-    segment : callable or None
-        The user's own segmentation.
-    """
+    """One clip that is to be measured."""
 
     source: Path
-    folder: Path
+    folder: Path  # where its results go
     name: str
     settings: VideoSettings
-    overlay: bool
-    processes: int = 1
-    segment: SegmentFunction | None = None
+    overlay: bool  # whether to write an annotated clip
+    processes: int = 1  # that look at its frames at the same time
+    segment: SegmentFunction | None = None  # the user's own
 
 
 def _frame_count(jobs: Sequence[Job]) -> int | None:
@@ -243,13 +225,8 @@ def measure_to_folder(
 ) -> ClipOutcome:
     """Measure one clip into its folder, unless it is there already.
 
-    Nothing is raised for a clip that cannot be measured, whatever is wrong with it.
-
-    Parameters
-    ----------
-    job : Job
-    count : callable, optional
-        Called with the number of frames that are done.
+    Nothing is raised for a clip that cannot be measured, whatever is wrong with it. `count` is
+    called with the number of frames that are done.
     """
     existed = job.folder.exists()
     try:
@@ -295,11 +272,20 @@ def _ended(job: Job) -> ClipOutcome:
 
 
 def _function_mark(segment: SegmentFunction) -> str:
-    """Return what changes when a user's own segmentation is changed."""
+    """Return what changes when a user's own segmentation does; it is new where that cannot be told.
+
+    All of its file counts, with constants and functions that it uses, and what it holds itself.
+    """
     from pinchoff.video.methods.function import function_name
 
-    code = getattr(segment, "__code__", None)
-    return function_name(segment) + ("" if code is None else f" {zlib.crc32(code.co_code):08x}")
+    try:
+        file = Path(inspect.getsourcefile(segment) or "")
+        source = file.read_text("utf-8") if file.is_file() else inspect.getsource(segment)
+        held = [cell.cell_contents for cell in segment.__closure__ or ()]
+        text = f"{source}{segment.__defaults__!r}{segment.__kwdefaults__!r}{held!r}"
+    except (TypeError, AttributeError, OSError, ValueError):  # no plain function, or no source
+        text = uuid.uuid4().hex
+    return f"{function_name(segment)} {zlib.crc32(text.encode()):08x}"
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
@@ -326,15 +312,14 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
     stamps = clip_folder.file_stamps(job.source)
     clip = clip_of(job.source, job.settings)
     settings, _ = scaled(clip, job.settings)
-    fps = overlay_fps(clip)
+    fps = overlay_fps(clip) if job.overlay else None
     folder.mkdir(parents=True, exist_ok=True)
     (folder / clip_folder.RESULT).unlink(missing_ok=True)
     with ExitStack() as files:
         recorders: list[clip_folder.ClipRecorder] = []
 
-        def begin(choice: Choice, obstacles: Any) -> Callable[[Measured], object]:
-            shown = fps if job.overlay else None
-            recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, shown)
+        def begin(_: Choice, obstacles: Any) -> Callable[[Measured], object]:
+            recorder = clip_folder.ClipRecorder(folder, name, settings, obstacles, fps)
             recorders.append(files.enter_context(recorder))
             frames = itertools.count(1)
 
@@ -358,7 +343,7 @@ def _fresh(job: Job, mark: str, corrected: bool, count: Callable[[int], object])
         "files": stamps,
         "frames": result.frame_count,
         "duration_s": result.duration_s,
-        "overlay_fps": fps if job.overlay else None,
+        "overlay_fps": fps,
         "tracks": result.track_count,
         "plugs_per_s": rate,
         "obstacles": result.obstacles.tolist(),
@@ -383,11 +368,7 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     table["collision_id"] = range(len(table))
     table.attrs["units"] = tables[0].attrs["units"]
     write_encounters(table, out / clip_folder.COLLISIONS)
-    for name, columns in (
-        (clip_folder.TRACKS, clip_folder.TRACK_COLUMNS),
-        (clip_folder.EVENTS, clip_folder.EVENT_COLUMNS),
-        (clip_folder.PLUGS, clip_folder.PLUG_COLUMNS),
-    ):
+    for name, columns in clip_folder.STREAMED.items():
         with TableWriter(out / name, columns) as together:
             for clip in clips:
                 with pq.ParquetFile(clip.folder / name) as one:

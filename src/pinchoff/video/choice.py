@@ -5,6 +5,7 @@ Every method is tried on frames spread over the clip; the best is used, and all 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from functools import partial
@@ -14,14 +15,13 @@ import numpy as np
 
 from pinchoff.video.background import Background, Sample, median_background
 from pinchoff.video.droplets import Segmenter
-from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.function import FunctionSegmenter, SegmentFunction, function_name
 from pinchoff.video.methods.rings import RingSegmenter
-from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.methods.surroundings import LevelSegmenter
 from pinchoff.video.reading import Frame
-from pinchoff.video.settings import SMALLEST_DROPLET_PX, VideoSettings
+from pinchoff.video.settings import SMALLEST_DROPLET_PX, SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import best_channel, strong_tint
-from pinchoff.video.standing import rows_of, standing_rows
+from pinchoff.video.standing import PictureMoved, picture_moved, rows_of, standing_rows
 from pinchoff.video.trials import Contest, Trial, best_of
 from pinchoff.video.variants import METHODS, KnownClip, Variant, known_before, spread
 
@@ -47,12 +47,15 @@ class Choice(NamedTuple):
         The best variant of each method that was tried, in the order of `METHODS`.
     frames : list of Frame
         On which they were tried.
+    moved : PictureMoved or None
+        Whether the picture itself moves, so that what is fixed in it passes for droplets.
     """
 
     background: Background
     trial: Trial
     trials: list[Trial]
     frames: list[Frame]
+    moved: PictureMoved | None = None
 
     @property
     def method(self) -> str:
@@ -104,8 +107,11 @@ def choose(
         (trial,) = contest.tried({OWN: [[variant]]})
         return Choice(background, trial, [trial], contest.frames)
     choice = _among_methods(clip, sample.pairs)
+    least_px = _SMALLER * SMALLEST_DROPLET_PX
+    if settings.method == "packed":
+        least_px = max(least_px, SMALLEST_RIM_PX)
     if settings.minimum_diameter_um is None and _may_be_smaller(choice.trial):
-        least_um = _SMALLER * SMALLEST_DROPLET_PX * settings.pixel_um
+        least_um = least_px * settings.pixel_um
         smaller = settings.replace(minimum_diameter_um=least_um)
         other = _among_methods(clip._replace(settings=smaller), sample.pairs)
         better = other.trial.quality.score > _MUCH_BETTER * max(choice.trial.quality.score, 0.0)
@@ -113,7 +119,9 @@ def choose(
             choice = other
     last = _without_small(choice.trial, given=settings.minimum_diameter_um is not None)
     trials = [last if each is choice.trial else each for each in choice.trials]
-    return choice._replace(trial=last, trials=trials)
+    neighbours = list(itertools.pairwise(sample.frames))
+    moved = [picture_moved(pairs, last.segmenter) for pairs in (sample.pairs, neighbours)]
+    return choice._replace(trial=last, trials=trials, moved=moved[0] or moved[1])
 
 
 def _among_methods(clip: KnownClip, pairs: Sequence[tuple[Frame, Frame]]) -> Choice:
@@ -153,7 +161,7 @@ def _usual_area(trial: Trial) -> float | None:
 def _without_small(trial: Trial, *, given: bool) -> Trial:
     """Let a method leave out what is much smaller than its droplets usually are, unless `given`."""
     segmenter, usual = trial.segmenter, _usual_area(trial)
-    if usual is None or not isinstance(segmenter, EnclosedSegmenter | SpotSegmenter):
+    if usual is None or not isinstance(segmenter, LevelSegmenter):
         return trial
     whole = [droplet.area for found in trial.found for droplet in found if not droplet.cut]
     largest = _LARGEST_CUT * max(whole)

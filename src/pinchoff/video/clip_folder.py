@@ -22,7 +22,7 @@ from pinchoff.support.errors import InputError
 from pinchoff.support.files import HoldsFiles, read_toml, write_text, written_aside
 from pinchoff.support.records import Shape, read_record, write_json
 from pinchoff.video.clips import Measured
-from pinchoff.video.overlay import OverlayWriter, Thumbnail, ThumbnailTaker
+from pinchoff.video.overlay import OverlayWriter, ThumbnailTaker
 from pinchoff.video.plugs import PlugFinder, formation_rate
 from pinchoff.video.settings import VideoSettings
 
@@ -33,7 +33,6 @@ COLLISIONS = "collisions.parquet"
 TRACKS = "tracks.parquet"
 EVENTS = "events.parquet"
 PLUGS = "plugs.parquet"
-TABLES = (COLLISIONS, TRACKS, EVENTS, PLUGS)
 OUTLINES = "outlines.gsd"
 OVERLAY = "overlay.mp4"
 OBSTACLES = "obstacles.toml"
@@ -74,21 +73,16 @@ PLUG_COLUMNS = (
     measure_column("area_um2", "µm²", "area"),
     measure_column("speed_mm_s", "mm/s", "of its centre, over the frames in which it is whole"),
 )
+STREAMED = {TRACKS: TRACK_COLUMNS, EVENTS: EVENT_COLUMNS, PLUGS: PLUG_COLUMNS}
+"""Tables that are written row by row."""
+
+TABLES = (COLLISIONS, *STREAMED)
 
 
 class ClipRecorder(HoldsFiles):
     """Write what is measured in a clip to its folder, frame by frame.
 
-    Parameters
-    ----------
-    folder : Path
-    clip : str
-        Name of the clip in the tables.
-    settings : VideoSettings
-    obstacles : ndarray, shape (M, 3)
-        Pixels.
-    overlay_fps : float or None
-        Frames a second of the annotated clip; None: none is written.
+    Obstacles are in pixels, (M, 3); without `overlay_fps` there is no annotated clip.
     """
 
     def __init__(
@@ -103,9 +97,12 @@ class ClipRecorder(HoldsFiles):
         with ExitStack() as files:
             self._tracks = files.enter_context(TableWriter(folder / TRACKS, TRACK_COLUMNS))
             self._events = files.enter_context(TableWriter(folder / EVENTS, EVENT_COLUMNS))
+            unfinished = files.enter_context(written_aside(folder / OUTLINES))
+            about = {"pixel_size_um": self._px, "y_axis": "down"}
             self._outlines = files.enter_context(
-                _OutlineFile(folder / OUTLINES, obstacles * self._px, settings)
+                OutlineWriter(unfinished, obstacles * self._px, about, units="um", flush=False)
             )
+            self._has_outlines = False
             self._overlay: OverlayWriter | None = None
             if overlay_fps is not None:
                 self._overlay = files.enter_context(
@@ -132,63 +129,38 @@ class ClipRecorder(HoldsFiles):
         """Write one frame."""
         px, frame = self._px, seen.frame
         for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
-            place = (
-                droplet.x * px,
-                droplet.y * px,
-                droplet.area * px**2,
-                droplet.cut,
-                droplet.group >= 0,
-            )
-            self._tracks.append((self._clip, frame.number, frame.time_s, track, *place))
+            place = (droplet.x * px, droplet.y * px, droplet.area * px**2)
+            told = (droplet.cut, droplet.group >= 0)
+            self._tracks.append((self._clip, frame.number, frame.time_s, track, *place, *told))
         for event in seen.events:
             ends = (list(event.parents), list(event.children))
             self._events.append((self._clip, event.frame, event.kind, *ends))
-        self._outlines.append(seen, px)
+        self._append_outlines(seen)
         self._plugs.append(seen)
-        for thumbnail in self._thumbnails.look(seen):
-            self._write(thumbnail)
+        for over, pixels in self._thumbnails.look(seen):
+            name = thumbnail_name(over.contact_frame, over.track_id, over.obstacle_id)
+            bgr = cv2.cvtColor(pixels, cv2.COLOR_RGB2BGR)
+            _, data = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, 85])
+            (self._pictures / name).write_bytes(data.tobytes())
         if self._overlay is not None:
             self._overlay.append(seen)
 
-    def _write(self, thumbnail: Thumbnail) -> None:
-        name = thumbnail_name(thumbnail.contact_frame, thumbnail.track_id, thumbnail.obstacle_id)
-        pixels = cv2.cvtColor(thumbnail.pixels, cv2.COLOR_RGB2BGR)
-        _, data = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 85])
-        (self._pictures / name).write_bytes(data.tobytes())
+    def _append_outlines(self, seen: Measured) -> None:
+        """Write those of a frame with droplets, and of the first in any case."""
+        if not seen.droplets and self._has_outlines:
+            return
+        self._has_outlines = True
+        outlines = []
+        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
+            every = -(-len(droplet.outline) // MOST_VERTICES)
+            vertices = droplet.outline[::every] * self._px
+            outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
+        self._outlines.append(seen.frame.time_s, outlines)
 
 
 def thumbnail_name(contact_frame: int, track_id: int, obstacle_id: int) -> str:
     """Return the name of the picture of a collision."""
     return f"frame{contact_frame:06d}-track{track_id}-obstacle{obstacle_id}.jpg"
-
-
-class _OutlineFile(HoldsFiles):
-    """Outlines of every frame with a droplet, µm and seconds, y down."""
-
-    def __init__(self, path: Path, obstacles: Floats, settings: VideoSettings) -> None:
-        parameters = {"pixel_size_um": settings.pixel_um, "y_axis": "down"}
-        with ExitStack() as files:
-            unfinished = files.enter_context(written_aside(path))
-            self._writer = OutlineWriter(unfinished, obstacles, parameters, units="um", flush=False)
-            files.callback(self._writer.close)
-            self._files = files.pop_all()
-        self._empty = True
-
-    def append(self, seen: Measured, px: float) -> None:
-        if not seen.droplets and not self._empty:
-            return
-        self._empty = False
-        outlines = []
-        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
-            vertices = _thinned(droplet.outline) * px
-            outlines.append((track, 0, vertices, np.full_like(vertices, math.nan)))
-        self._writer.append(seen.frame.time_s, outlines)
-
-
-def _thinned(outline: Floats) -> Floats:
-    """Return no more than `MOST_VERTICES` of an outline's points: enough to look at."""
-    every = -(-len(outline) // MOST_VERTICES)
-    return outline[::every]
 
 
 def write_obstacles(folder: Path, obstacles: Floats) -> None:
@@ -208,13 +180,7 @@ def write_obstacles(folder: Path, obstacles: Floats) -> None:
 
 
 def read_obstacles(path: Path) -> tuple[tuple[float, float, float], ...]:
-    """Read circles that `write_obstacles` wrote and a user may have corrected.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or does not hold a list of x, y and radius.
-    """
+    """Read circles that `write_obstacles` wrote and a user may have corrected."""
     circles = read_toml(path).get("obstacles")
     advice = "write it as obstacles = [[x, y, radius], …], in pixels"
     try:
@@ -274,13 +240,7 @@ def finished_result(folder: Path, mark: str) -> dict[str, Any] | None:
 
 
 def read_result(folder: Path) -> dict[str, Any]:
-    """Return what `RESULT` holds.
-
-    Raises
-    ------
-    InputError
-        There is none, or it is damaged.
-    """
+    """Return what `RESULT` holds; refuse a folder without it, or with a damaged one."""
     advice = "give DIR/clips/NAME, as pinchoff video wrote it, or measure the clip again"
     if not (folder / RESULT).is_file():
         raise InputError.of(str(folder), "the folder of a measured clip", "none", advice)

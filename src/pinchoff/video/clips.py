@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from pinchoff.video.background import sample
 from pinchoff.video.choice import Choice, choose
-from pinchoff.video.collisions import CollisionFinder, NeckSeen
+from pinchoff.video.collisions import CollisionFinder
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.methods.function import SegmentFunction
@@ -21,6 +21,7 @@ from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
+from pinchoff.video.standing import Travels
 from pinchoff.video.tracking import Event, Tracker
 from pinchoff.video.workers import segmented
 
@@ -35,59 +36,28 @@ _SELDOM = 0.5  # of the droplets of a frame in the next one: with fewer a method
 
 
 class Measured(NamedTuple):
-    """What was seen in one frame.
-
-    Attributes
-    ----------
-    frame : Frame
-    droplets : list of Droplet
-    tracks : list of int
-        The track of each droplet.
-    events : list of Event
-        Between the frame before and this one.
-    necks : list of NeckSeen
-        Of the droplets in contact.
-    met : list of (int, int)
-        Track and obstacle of the collisions that begin here.
-    over : list of Encounter
-        The collisions that are over.
-    """
+    """What was seen in one frame."""
 
     frame: Frame
     droplets: list[Droplet]
-    tracks: list[int]
-    events: list[Event]
-    necks: list[NeckSeen]
-    met: list[tuple[int, int]]
+    tracks: list[int]  # of each droplet
+    events: list[Event]  # between the frame before and this one
+    necks: list[Floats]  # ends of those of the droplets in contact, (2, 2)
+    met: list[tuple[int, int]]  # track and obstacle of the collisions that begin here
     over: list[Encounter]
 
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """What came of a clip.
+    """What came of a clip."""
 
-    Attributes
-    ----------
-    encounters : list of Encounter
-        In the order of their contacts.
-    obstacles : ndarray, shape (M, 3)
-        Centre x, y and radius, pixels.
-    choice : Choice
-        The method, and what it was chosen from.
-    frame_count, track_count : int
-    duration_s : float
-        Time of the last frame.
-    warning : str
-        What was wrong with the file, or that it shows no droplets; empty if nothing was.
-    """
-
-    encounters: list[Encounter]
-    obstacles: Floats
-    choice: Choice
+    encounters: list[Encounter]  # in the order of their contacts
+    obstacles: Floats  # (M, 3): centre x, y and radius, pixels
+    choice: Choice  # the method, and what it was chosen from
     frame_count: int
     track_count: int
-    duration_s: float
-    warning: str
+    duration_s: float  # time of the last frame
+    warning: str  # what was wrong with the file, or that it shows no droplets; empty if nothing was
 
 
 def measure_clip(
@@ -105,11 +75,9 @@ def measure_clip(
 
     Parameters
     ----------
-    path : Path
-    settings : VideoSettings
     begin : callable, optional
-        Called with background, thresholds and obstacles, (M, 3) in pixels, once they are known;
-        what it returns is called with every frame that is measured.
+        Called with the choice of the method and the obstacles, (M, 3) in pixels, once they are
+        known; what it returns is called with every frame that is measured.
     processes : int, optional
         How many look for droplets at the same time; the results do not depend on it.
     segment : callable, optional
@@ -131,6 +99,7 @@ def measure_clip(
     tracker, finder = Tracker(settings), CollisionFinder(settings, obstacles)
     encounters: list[Encounter] = []
     lengths: Counter[int] = Counter()
+    travels = Travels()
     count, with_droplets, duration = 0, 0, 0.0
     for frame, found in segmented(clip.frames(), segmenter, processes):
         seen = [droplet for droplet in found if not is_obstacle(droplet, obstacles)]
@@ -143,13 +112,40 @@ def measure_clip(
         lengths.update(
             track for droplet, track in zip(droplets, tracks, strict=True) if not droplet.cut
         )
+        travels.append(droplets, tracks)
         with_droplets += bool(droplets)
         count, duration = count + 1, frame.time_s
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
-    warning = "; ".join(filter(None, [*notes, clip.warning, told or reason_for_doubt(choice)]))
+    told = _unsteady(choice) or told or reason_for_doubt(choice)
+    still = "" if choice.moved else _standing(travels.standing())
+    warning = "; ".join(filter(None, [*notes, clip.warning, told, still]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
+
+
+def _standing(count: int) -> str:
+    """Return that tracks never move while others do; empty where there are none."""
+    if not count:
+        return ""
+    what = "a track never moves" if count == 1 else f"{count} tracks never move"
+    return (
+        f"{what} while others do: look at the annotated film, and if that is dirt, leave it out "
+        "with crop or a larger minimum_diameter_um"
+    )
+
+
+def _unsteady(choice: Choice) -> str:
+    """Return that the picture itself moves; empty where it does not."""
+    if choice.moved is None:
+        return ""
+    pixels, first, last = choice.moved
+    return (
+        f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: "
+        "what is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by as "
+        "much; align the frames first (in ImageJ: Linear Stack Alignment), or film from a stage "
+        "that stands still"
+    )
 
 
 def reason_for_doubt(choice: Choice) -> str:
@@ -177,13 +173,7 @@ def reason_for_doubt(choice: Choice) -> str:
 def _what_was_seen(count: int, with_droplets: int, lengths: list[int], choice: Choice) -> str:
     """Return a warning where little was seen, with what helps; empty where nothing is wrong.
 
-    Parameters
-    ----------
-    count, with_droplets : int
-        Frames, and frames with droplets.
-    lengths : list of int
-        Frames in which the droplet of each track is whole, in order.
-    choice : Choice
+    All are counts of frames; lengths are those in which the droplet of a track is whole, in order.
     """
     if not lengths:
         told = "no droplets were found"

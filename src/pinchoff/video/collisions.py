@@ -15,7 +15,8 @@ from pinchoff import _core
 from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import (
-    CONTACT_DISTANCE_UM,
+    CLIP_ENDED,
+    CUT_BY_FRAME,
     RELEASE,
     Encounter,
     gap_to_circle,
@@ -28,10 +29,8 @@ Floats = NDArray[np.float64]
 
 TOUCHING = "touching another droplet"
 COALESCENCE = "coalescence"
-CUT_BY_FRAME = "cut by the frame"
 LOST = "lost track"
 MANY_DAUGHTERS = "more than two daughters in one frame"
-CLIP_ENDED = "the clip ends during the collision"
 NO_APPROACH = "no approach: in contact when first seen"
 
 _LOOKS_KEPT = 128  # frames of a collision that a late break-up can take back
@@ -102,13 +101,6 @@ class _Parting(NamedTuple):
     daughters: list[Droplet]
 
 
-class NeckSeen(NamedTuple):
-    """A neck in one frame: its ends, pixels."""
-
-    track: int
-    ends: Floats
-
-
 class CollisionFinder:
     """Find the collisions of a clip while its frames go by.
 
@@ -120,20 +112,19 @@ class CollisionFinder:
 
     Attributes
     ----------
-    necks : list of NeckSeen
-        Of the droplets in contact in the last frame.
+    necks : list of ndarray, shape (2, 2)
+        Ends of the necks of the droplets in contact in the last frame, pixels.
     met : list of (int, int)
         Track and obstacle of the collisions whose first contact may be in the last frame.
     """
 
     def __init__(self, settings: VideoSettings, obstacles: Floats) -> None:
         self._settings, self._obstacles = settings, obstacles
-        fixed = settings.contact_distance_um
-        self._bound = (CONTACT_DISTANCE_UM if fixed is None else fixed) / settings.pixel_um
+        self._bound = settings.contact_um / settings.pixel_um
         self._tracks: dict[int, _Follower] = {}
         self._times: dict[int, float] = {}  # of the last frames
         self._partings: list[_Parting] = []
-        self.necks: list[NeckSeen] = []
+        self.necks: list[Floats] = []
         self.met: list[tuple[int, int]] = []
 
     def step(
@@ -146,15 +137,7 @@ class CollisionFinder:
     ) -> list[Encounter]:
         """Take one frame and return the collisions that are over.
 
-        Parameters
-        ----------
-        frame : int
-        time_s : float
-        droplets : sequence of Droplet
-        numbers : sequence of int
-            Their tracks.
-        events : sequence of Event
-            What happened between the last frame and this one.
+        Numbers are those of the droplets' tracks, events what has happened since the last frame.
         """
         self._times[frame] = time_s
         self._times.pop(frame - _LOOKS_KEPT, None)
@@ -286,11 +269,10 @@ class CollisionFinder:
             meeting.rejected(TOUCHING, frame)
         if droplet.cut:
             meeting.rejected(CUT_BY_FRAME, frame)
-        thickness, i, j = thinnest_neck(droplet.outline)
-        neck = thickness if math.isfinite(thickness) else math.nan
+        neck, i, j = thinnest_neck(droplet.outline)
         meeting.look(frame, neck, _core.shape_parameter(droplet.outline))
-        if math.isfinite(thickness):
-            self.necks.append(NeckSeen(meeting.track, droplet.outline[[i, j]]))
+        if not math.isnan(neck):
+            self.necks.append(droplet.outline[[i, j]])
 
     def _encounter(
         self,

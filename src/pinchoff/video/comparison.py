@@ -24,7 +24,6 @@ from pinchoff.support.paper_constants import CA_PER_CA_SIM
 from pinchoff.video import clip_folder
 from pinchoff.video.contact import FEWEST_FRAMES, Approach, Place
 from pinchoff.video.encounters import (
-    CONTACT_DISTANCE_UM,
     Encounter,
     along_flow,
     gap_to_circle,
@@ -85,7 +84,7 @@ class Comparison:
     settings : VideoSettings
         How it was measured.
     frames : ndarray of int, shape (n,)
-        Frames that are compared.
+        Frames that are compared; of each:
     filmed, simulated : ndarray, shape (n, 2)
         Centre of mass, µm.
     filmed_shape, simulated_shape : ndarray, shape (n,)
@@ -206,13 +205,7 @@ def compare_collision(
 
 
 def _unchanged_settings(folder: Path, result: dict[str, Any]) -> VideoSettings:
-    """Return how a clip was measured, once it is known to be the same that was measured.
-
-    Raises
-    ------
-    InputError
-        The clip is not there any more, or is another than was measured.
-    """
+    """Return how a clip was measured, or refuse one that is not there any more or has changed."""
     source, settings = Path(result["clip"]), VideoSettings(**result["settings"])
     advice = "put it back, or measure it again with pinchoff video"
     if not source.exists():
@@ -229,14 +222,13 @@ _Seen = list[tuple[int, float, Floats]]
 
 def _both(passage: Passage, seen: _Seen, pixel_um: float) -> tuple[list[Floats], list[Floats]]:
     """Return the outlines of film and simulation at equal times, µm, until the latter breaks."""
-    filmed, simulated = [], []
-    for _, time, outline in seen:
+    simulated = []
+    for _, time, _ in seen:
         droplets = passage.droplets_at(time)
         if len(droplets) != 1:
             break
-        filmed.append(outline)
         simulated.append(droplets[0][1] * pixel_um)
-    return filmed, simulated
+    return [outline for _, _, outline in seen[: len(simulated)]], simulated
 
 
 def _in_time(passage: Passage, seen: _Seen, pixel_um: float) -> Passage:
@@ -280,9 +272,8 @@ def _at_distance(row: dict[str, Any], seen: _Seen, settings: VideoSettings) -> d
     Within a frame of the touch it loses much of its speed; so film and simulation are told alike
     at a distance that both cross at a steady pace.
     """
-    bound = _distance_um(settings)
     circle = tuple(float(row[name]) for name in _CIRCLE)
-    approach = Approach([], settings.velocity_frames, bound, fixed=True)
+    approach = Approach([], settings.velocity_frames, settings.contact_um, fixed=True)
     for frame, time, outline in seen:
         place = Place(time, *_core.centroid(outline))
         approach.add(frame, place, outline, gap_to_circle(outline, circle))
@@ -302,11 +293,6 @@ def _at_distance(row: dict[str, Any], seen: _Seen, settings: VideoSettings) -> d
     )
     measured = encounter.row(settings.laboratory)
     return {**row, **{name: measured[name] for name in _TOLD_THERE}}
-
-
-def _distance_um(settings: VideoSettings) -> float:
-    fixed = settings.contact_distance_um
-    return CONTACT_DISTANCE_UM if fixed is None else fixed
 
 
 def _contact(run: Collision, distance: float) -> _Contact | None:
@@ -348,7 +334,7 @@ def _matched(
 
     def tried(offset: float) -> tuple[Collision, _Contact | None]:
         run = simulate(base.replace(offset=offset), outlines=SAMPLE_INTERVAL)
-        return run, _contact(run, _distance_um(settings) / diameter_um)
+        return run, _contact(run, settings.contact_um / diameter_um)
 
     def excess(offset: float) -> float:
         contact = tried(offset)[1]

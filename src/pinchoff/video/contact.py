@@ -56,20 +56,16 @@ class Contact(NamedTuple):
 
 
 def rest_begins(gaps: Sequence[float] | Floats, bound: float) -> int | None:
-    """Return from which place on a gap closes no more; None as long as it closes.
+    """Return from which frame on a gap closes no more; None as long as it closes.
 
-    Parameters
-    ----------
-    gaps : sequence of float
-        One a frame.
-    bound : float
-        Only a gap this small, in the same unit, can have come to rest.
+    Only a gap as small as `bound`, in the same unit, can have come to rest.
     """
     history = np.maximum(gaps, 0.0)
+    near = np.flatnonzero(history[1 : len(history) - _AFTER + 1] <= bound) + 1
+    if not len(near):
+        return None
     closing = -np.diff(history)
-    for k in range(1, len(history) - _AFTER + 1):
-        if history[k] > bound:
-            continue
+    for k in near.tolist():
         fastest = max(0.0, float(closing[max(0, k - 1 - _BEFORE) : k - 1].max(initial=0.0)))
         later = (history[k - 1] - history[k + _AFTER - 1]) / _AFTER
         if later <= _STOPPED * fastest:
@@ -78,16 +74,10 @@ def rest_begins(gaps: Sequence[float] | Floats, bound: float) -> int | None:
 
 
 def first_contact(gaps: Sequence[float] | Floats, bound: float, within: float) -> int:
-    """Return the place of the first contact in the history of a gap.
+    """Return the frame of the first contact in the history of a gap, from the approach on.
 
-    Parameters
-    ----------
-    gaps : sequence of float
-        One a frame, from the approach on; the longer, the better.
-    bound : float
-        Only a gap this small can have come to rest.
-    within : float
-        How near to the gap at rest counts as contact: a pixel.
+    Only a gap as small as `bound` can have come to rest; `within` is how near to the gap at rest
+    counts as contact: a pixel.
     """
     history = np.maximum(gaps, 0.0)  # nothing comes nearer than to touch
     rest = rest_begins(history, bound)
@@ -105,11 +95,7 @@ def contact_velocity(
     criterion: a bend that is noise would turn the velocity. With three places or fewer a straight
     line; with one, NaN.
 
-    Parameters
-    ----------
-    places : sequence of (time in s, x, y)
-    at_s : float, optional
-        Another time.
+    Places are times in s, x and y.
     """
     if len(places) < 2:
         return math.nan, math.nan
@@ -147,14 +133,8 @@ def touching_velocity(
     it begins to be slowed down, but its velocity does not jump. Where it does jump, as that of
     what is not soft, the velocity is that of the approach at the touch.
 
-    Parameters
-    ----------
-    places : sequence of (time in s, x, y)
-        Before, at and after the contact.
-    at : int
-        Which of them is the contact.
-    touch_s : float
-        When it touches, not later than that.
+    Places are times in s, x and y before, in and after the frame of contact, which is number `at`;
+    it touches at `touch_s`, not later than that.
     """
     times = np.array([place[0] for place in places])
     approach = [place for place in places if place[0] < touch_s] or list(places[: at + 1])

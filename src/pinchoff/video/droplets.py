@@ -41,8 +41,6 @@ class Droplet(NamedTuple):
 
 
 class Segmenter(Protocol):
-    """What finds the droplets in the frames of one clip."""
+    """What finds the droplets in the frames of one clip, whatever came before each of them."""
 
-    def droplets(self, frame: Frame) -> list[Droplet]:
-        """Return the droplets of a frame."""
-        ...
+    def droplets(self, frame: Frame) -> list[Droplet]: ...

@@ -41,6 +41,9 @@ of the paper's camera. A film of oil keeps them apart; in the simulation it is t
 RELEASE = 1.0
 """A collision is over when the droplet is this many obstacle radii away."""
 
+CUT_BY_FRAME = "cut by the frame"
+CLIP_ENDED = "the clip ends during the collision"
+"""Why a filmed collision is not used, whether it is measured or drawn."""
 
 FILM_COLUMNS: tuple[Column, ...] = (
     Column("clip", "", "str", "name of the clip"),
@@ -177,22 +180,22 @@ class Encounter:
         diameter = math.sqrt(4.0 * area / math.pi)
         centre = self.obstacle[:2]
         speed = math.hypot(*self.velocity)
-        known = speed > 0.0
-        radius, thickness = (laboratory.known(f"{n}_um") for n in ("obstacle_radius", "thickness"))
-        if math.isnan(radius):
-            radius = self.obstacle[2]
+        radius = laboratory.obstacle_radius_um or self.obstacle[2]
+        thickness = laboratory.known("thickness_um")
         viscosity = laboratory.known("viscosity_mPa_s")
         tension = laboratory.known("surface_tension_mN_m")
-        impact = _core.impact_parameter(self.outline, centre, self.velocity) if known else math.nan
+        symmetry = impact = side = math.nan
+        if speed > 0.0:
+            symmetry = _core.symmetry(self.outline, centre, self.velocity)
+            impact = _core.impact_parameter(self.outline, centre, self.velocity)
+            side = self._side()
         small, large = sorted(self.daughter_areas)
         row: dict[str, Any] = {
             "size_ratio": diameter / radius,
             "capillary_number": viscosity * speed / tension * 1e-3,
             "normalized_area": area / radius**2,
             "normalized_thickness": thickness / radius,
-            "symmetry": (
-                _core.symmetry(self.outline, centre, self.velocity) if known else math.nan
-            ),
+            "symmetry": symmetry,
             "impact_parameter": impact / diameter,
             "outcome": self.outcome,
             "broke": self.outcome == "broke",
@@ -217,7 +220,7 @@ class Encounter:
             "contact_frame": self.contact_frame,
             "end_frame": self.end_frame,
             "flow_direction_deg": math.degrees(math.atan2(self.velocity[1], self.velocity[0])),
-            "side": self._side() if known else math.nan,
+            "side": side,
             "breakup_frame": self.breakup_frame,
             "breakup_time_s": self.breakup_time_s,
             "breakup_neck_um": self.breakup_neck,
@@ -239,36 +242,22 @@ class Encounter:
 def encounter_table(
     encounters: Sequence[Encounter], laboratory: Laboratory, source: str, clip: str
 ) -> pd.DataFrame:
-    """Return encounters as a collisions table, numbered in their order.
+    """Return a clip's encounters as a collisions table, numbered in their order.
 
-    Parameters
-    ----------
-    encounters : sequence of Encounter
-    laboratory : Laboratory
-    source : str
-        "video", or "film" for the truth behind a drawn clip.
-    clip : str
-        Name of the clip.
-
-    Returns
-    -------
-    DataFrame
-        With `SHARED_COLUMNS`, four more of a simulation's, and `FILM_COLUMNS`.
+    Its columns are `SHARED_COLUMNS`, four more of a simulation's, and `FILM_COLUMNS`; its source is
+    "video", or "film" for the truth behind a drawn clip.
     """
     more = (*(c for c in COLUMNS if c.name in _ALSO_SIMULATED), *FILM_COLUMNS)
     rows = [encounter.row(laboratory) for encounter in encounters]
+    not_measured = ("source", "clip", "collision_id", "speed")
     columns: dict[str, NDArray[Any]] = {
-        name: np.array([row[name] for row in rows]) for name in _measured_names(more)
+        column.name: np.array([row[column.name] for row in rows])
+        for column in (*SHARED_COLUMNS, *more)
+        if column.name not in not_measured
     }
     columns["source"] = np.full(len(rows), source, dtype=object)
     columns["clip"] = np.full(len(rows), clip, dtype=object)
     return measured_table(columns, more)
-
-
-def _measured_names(more: Sequence[Column]) -> list[str]:
-    """Return the columns that `Encounter.row` fills."""
-    elsewhere = ("source", "clip", "collision_id", "speed")
-    return [c.name for c in (*SHARED_COLUMNS, *more) if c.name not in elsewhere]
 
 
 def write_encounters(table: pd.DataFrame, path: str | os.PathLike[str]) -> None:
@@ -277,18 +266,13 @@ def write_encounters(table: pd.DataFrame, path: str | os.PathLike[str]) -> None:
 
 
 def thinnest_neck(outline: Floats) -> tuple[float, int, int]:
-    """Return the neck's thickness and the vertices it joins; infinite where there is none."""
-    return _core.neck(outline, paper.NECK_SEPARATION, False, 1.0)
+    """Return the neck's thickness and the vertices it joins; NaN where there is none."""
+    thickness, i, j = _core.neck(outline, paper.NECK_SEPARATION, False, 1.0)
+    return (thickness if math.isfinite(thickness) else math.nan), i, j
 
 
 def gap_to_circle(outline: Floats, circle: Sequence[float] | Floats) -> float:
-    """Return the distance between an outline's edges and a circle; negative where they overlap.
-
-    Parameters
-    ----------
-    outline : ndarray, shape (n, 2)
-    circle : (x, y, radius)
-    """
+    """Return the distance between an outline's edges and a circle; negative where they overlap."""
     x, y, radius = (float(value) for value in circle)
     return float(_core.distance(outline, (x, y))) - radius
 

@@ -33,13 +33,7 @@ _DIGITS = "%.9g"
 
 
 def measured_clips(folder: str | os.PathLike[str]) -> list[Path]:
-    """Return the folders of measured clips: the one that is given, or all of a batch.
-
-    Raises
-    ------
-    InputError
-        It is neither.
-    """
+    """Return the folders of measured clips: the one that is given, or all of a batch."""
     given = Path(folder)
     inside = given / CLIPS
     several = sorted(inside.iterdir()) if inside.is_dir() else []
@@ -105,24 +99,13 @@ def export_clip(clip: str | os.PathLike[str], out: str | os.PathLike[str]) -> li
     rois, trackpy, trackmate = (target / name for name in exported_names([folder]))
     with held_folder(target):
         _write_rois(rois, folder, tracks, settings)
-        for path, table in (
-            (trackpy, trackpy_table(tracks, settings.pixel_um)),
-            (trackmate, trackmate_table(tracks)),
-        ):
-            write_csv(path, table, float_format=_DIGITS)
+        write_csv(trackpy, trackpy_table(tracks, settings.pixel_um), float_format=_DIGITS)
+        write_csv(trackmate, trackmate_table(tracks), float_format=_DIGITS)
     return [rois, trackpy, trackmate]
 
 
 def trackpy_table(tracks: pd.DataFrame, pixel_um: float) -> pd.DataFrame:
-    """Return tracks with trackpy's names, in pixels and frames.
-
-    Parameters
-    ----------
-    tracks : DataFrame
-        As in ``tracks.parquet``.
-    pixel_um : float
-        Side of a pixel, µm.
-    """
+    """Return tracks, as in ``tracks.parquet``, with trackpy's names, in pixels and frames."""
     return pd.DataFrame(
         {
             "frame": tracks["frame"],
@@ -141,13 +124,7 @@ def trackpy_table(tracks: pd.DataFrame, pixel_um: float) -> pd.DataFrame:
 
 
 def trackmate_table(tracks: pd.DataFrame) -> pd.DataFrame:
-    """Return tracks with the names that TrackMate gives its spots, in µm and s.
-
-    Parameters
-    ----------
-    tracks : DataFrame
-        As in ``tracks.parquet``.
-    """
+    """Return tracks, as in ``tracks.parquet``, with the names of TrackMate's spots, in µm and s."""
     return pd.DataFrame(
         {
             "LABEL": "ID" + tracks.index.astype(str),

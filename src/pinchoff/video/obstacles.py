@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -29,28 +28,8 @@ _SAME_CENTRE = 0.3  # radii between an obstacle and what was taken for a droplet
 _STRICTNESS = 0.6  # of OpenCV's circle detection: 1 takes perfect circles only
 
 
-class _Edge(NamedTuple):
-    """The edge of a circle, along rays from its centre."""
-
-    radii: Floats
-    strengths: Floats
-    seen: NDArray[np.bool_]
-
-
 def known_obstacles(settings: VideoSettings, size: tuple[int, int]) -> Floats | None:
-    """Return the obstacles that the settings give, centres and radii in pixels, (M, 3).
-
-    Parameters
-    ----------
-    settings : VideoSettings
-    size : (int, int)
-        Width and height of the image, pixels.
-
-    Returns
-    -------
-    ndarray, shape (M, 3), or None
-        None where they give none.
-    """
+    """Return the obstacles that the settings give, (M, 3) in pixels; None where they give none."""
     if settings.obstacles is not None:
         return np.array(settings.obstacles, dtype=np.float64).reshape(-1, 3)
     if settings.lattice is not None:
@@ -80,14 +59,7 @@ def obstacles_of(background: Background, settings: VideoSettings) -> Floats:
 
 
 def is_obstacle(droplet: Droplet, obstacles: Floats) -> bool:
-    """Return whether what was taken for a droplet is an obstacle: it covers one and no more.
-
-    Parameters
-    ----------
-    droplet : Droplet
-    obstacles : ndarray, shape (M, 3)
-        Centre x, y and radius, pixels.
-    """
+    """Return whether what was taken for a droplet is an obstacle: it covers one and no more."""
     away = np.hypot(obstacles[:, 0] - droplet.x, obstacles[:, 1] - droplet.y)
     share = droplet.area / (math.pi * obstacles[:, 2] ** 2)
     same = (away <= _SAME_CENTRE * obstacles[:, 2]) & (share > 0.5) & (share < 1.6)
@@ -95,27 +67,16 @@ def is_obstacle(droplet: Droplet, obstacles: Floats) -> bool:
 
 
 def find_obstacles(background: Background, radius_px: float | None = None) -> Floats:
-    """Find circular obstacles in the empty chamber.
+    """Return the circular obstacles in the empty chamber from top to bottom, (M, 3) in pixels.
 
-    Parameters
-    ----------
-    background : Background
-    radius_px : float, optional
-        What their radius should be, pixels; by default any.
-
-    Returns
-    -------
-    ndarray, shape (M, 3)
-        Centre x, y and radius of each, pixels, from top to bottom. The circle is fitted to the
-        steepest change of brightness along rays from its centre, to a fraction of a pixel.
+    They are of a radius that is given, or of any. Circles are fitted to the steepest change of
+    brightness along rays from their centres, to a fraction of a pixel.
     """
     image = background.luma / background.light
     found: list[Floats] = []
-    for x, y, radius in _candidates(image, radius_px):
-        circle = _refined(image, np.array([x, y, radius]), background.noise, radius_px)
-        if circle is None:
-            continue
-        if all(
+    for candidate in _candidates(image, radius_px):
+        circle = _refined(image, candidate, background.noise, radius_px)
+        if circle is not None and all(
             np.hypot(*(circle[:2] - other[:2])) > 0.7 * (circle[2] + other[2]) for other in found
         ):
             found.append(circle)
@@ -153,22 +114,19 @@ def _candidates(image: Image, radius_px: float | None) -> Floats:
 def _refined(image: Image, circle: Floats, noise: float, radius_px: float | None) -> Floats | None:
     """Fit a circle to the edge near a candidate; None if there is too little of an edge."""
     for _ in range(3):
-        edge = _edge(image, circle)
-        if edge.seen.mean() < _LEAST_ARC:
+        radii, strengths, seen = _edge(image, circle)
+        strong = seen & (strengths > max(2.0, noise))
+        if seen.mean() < _LEAST_ARC or strong.sum() < _SUPPORT * seen.sum():
             return None
-        strong = edge.seen & (edge.strengths > max(2.0, noise))
-        if strong.sum() < _SUPPORT * edge.seen.sum():
-            return None
-        points = circle[:2] + edge.radii[:, None] * np.column_stack(
-            [np.cos(_ANGLES), np.sin(_ANGLES)]
-        )
+        points = circle[:2] + radii[:, None] * np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
         circle = _fitted_circle(points[strong])
     if radius_px is not None and abs(circle[2] / radius_px - 1.0) > _TOLERANCE:
         return None
     return circle
 
 
-def _edge(image: Image, circle: Floats) -> _Edge:
+def _edge(image: Image, circle: Floats) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+    """Return the edge along rays from a circle's centre: radii, strengths, whether it is seen."""
     x, y, radius = circle.tolist()
     radii = np.arange((1.0 - _REACH) * radius, (1.0 + _REACH) * radius, _STEP_PX)
     across = (x + np.cos(_ANGLES)[:, None] * radii).astype(np.float32)
@@ -188,7 +146,7 @@ def _edge(image: Image, circle: Floats) -> _Edge:
     height, width = image.shape
     end_x, end_y = across[:, -1], down[:, -1]
     seen = (end_x >= 0) & (end_y >= 0) & (end_x <= width - 1) & (end_y <= height - 1)
-    return _Edge(radii[best] + np.clip(shift, -0.5, 0.5) * _STEP_PX, here, seen)
+    return radii[best] + np.clip(shift, -0.5, 0.5) * _STEP_PX, here, seen
 
 
 def _fitted_circle(points: Floats) -> Floats:
@@ -207,19 +165,7 @@ def _fitted_circle(points: Floats) -> Floats:
 
 
 def lattice_obstacles(lattice: Lattice, pixel_size_um: float, size: tuple[int, int]) -> Floats:
-    """Return the obstacles of a regular array that are in view, wholly or in part.
-
-    Parameters
-    ----------
-    lattice : Lattice
-    pixel_size_um : float
-    size : (int, int)
-        Width and height of the image, pixels.
-
-    Returns
-    -------
-    ndarray, shape (M, 3)
-        Centres and radii, pixels.
+    """Return the obstacles of a regular array that are wholly or partly in view, (M, 3) in pixels.
 
     Raises
     ------

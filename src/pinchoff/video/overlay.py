@@ -89,14 +89,6 @@ class OverlayWriter(HoldsFiles):
 
     Below the picture stand the frame's number, its time and what the colours mean. Drawing and
     compressing go on in a thread, while the next frames are measured.
-
-    Parameters
-    ----------
-    path : Path
-        The clip, ``.mp4``.
-    obstacles : ndarray, shape (M, 3)
-        Pixels.
-    fps : float
     """
 
     def __init__(self, path: Path, obstacles: Floats, fps: float) -> None:
@@ -104,6 +96,7 @@ class OverlayWriter(HoldsFiles):
         self._writer: ClipWriter | None = None
         self._marks: list[_Mark] = []
         self._scale = 1
+        self._canvas: Pixels = np.empty((0, 0, 3), dtype=np.uint8)  # the picture above the legend
         self._legend: Pixels = np.empty((0, 0, 3), dtype=np.uint8)
         self._thread = ThreadPoolExecutor(1)
         self._waiting: deque[Future[None]] = deque()
@@ -127,43 +120,45 @@ class OverlayWriter(HoldsFiles):
             self._writer.__exit__(*failure)
 
     def _draw(self, seen: Measured) -> None:
-        image = rgb_of(seen.frame)
+        pixels = rgb_of(seen.frame)
         if self._writer is None:
-            self._begin(image)
+            self._begin(pixels)
         assert self._writer is not None
-        if self._scale > 1:
-            image = cv2.resize(image, None, fx=self._scale, fy=self._scale)
-        self._labels = _Labels(image, self._scale, [droplet.outline for droplet in seen.droplets])
+        height, width = pixels.shape[0] * self._scale, pixels.shape[1] * self._scale
+        image, strip = self._canvas[:height], self._canvas[height:]
+        cv2.resize(pixels, (width, height), dst=image)
+        strip[:] = self._legend
+        clock = f"frame {seen.frame.number}   {seen.frame.time_s:.4g} s"
+        _write(strip, clock, (6, _LINE_HEIGHT - 7), TEXT)
+        outlines = [droplet.outline for droplet in seen.droplets]
+        boxes = np.array([[outline.min(axis=0), outline.max(axis=0)] for outline in outlines])
+        labels = _Labels(image, self._scale, boxes)
         for x, y, radius in self._obstacles:
             cv2.circle(image, *self._circle(x, y, radius), OBSTACLE, 1, cv2.LINE_AA, _FRACTION_BITS)
         for droplet in seen.droplets:
             colour = CUT if droplet.cut else TOUCHING if droplet.group >= 0 else OUTLINE
             self._line(image, droplet.outline, colour, closed=True)
         for neck in seen.necks:
-            self._line(image, neck.ends, NECK, closed=False)
-        self._mark(seen)
+            self._line(image, neck, NECK, closed=False)
+        for mark in self._marks_after(seen):
+            labels.write(mark.text, (mark.x, mark.y), _MARK_AWAY, mark.colour)
         for number, (x, y, radius) in enumerate(self._obstacles):
-            self._labels.write(f"o{number}", (x, y), radius, OBSTACLE)
-        for droplet, track in zip(seen.droplets, seen.tracks, strict=True):
-            reach = np.ptp(droplet.outline, axis=0) / 2.0
-            self._labels.write(str(track), (droplet.x, droplet.y), reach, TEXT)
-        self._writer.append(np.vstack([image, self._strip(seen.frame)]))
+            labels.write(f"o{number}", (x, y), radius, OBSTACLE)
+        for droplet, track, (low, high) in zip(seen.droplets, seen.tracks, boxes, strict=True):
+            labels.write(str(track), (droplet.x, droplet.y), (high - low) / 2.0, TEXT)
+        self._writer.append(self._canvas)
 
-    def _begin(self, image: Pixels) -> None:
-        self._scale = 2 if image.shape[1] < _SHOWN_WIDTH else 1
-        width = image.shape[1] * self._scale
+    def _begin(self, pixels: Pixels) -> None:
+        self._scale = 2 if pixels.shape[1] < _SHOWN_WIDTH else 1
+        width = pixels.shape[1] * self._scale
         self._legend = _legend(width)
-        size = (width, image.shape[0] * self._scale + len(self._legend))
-        self._writer = ClipWriter(self._path, size, self._fps, _CRF, quick=True)
+        height = pixels.shape[0] * self._scale + len(self._legend)
+        self._canvas = np.empty((height, width, 3), dtype=np.uint8)
+        self._writer = ClipWriter(self._path, (width, height), self._fps, _CRF, quick=True)
         self._writer.__enter__()
 
-    def _strip(self, frame: Frame) -> Pixels:
-        strip = self._legend.copy()
-        _write(strip, f"frame {frame.number}   {frame.time_s:.4g} s", (6, _LINE_HEIGHT - 7), TEXT)
-        return strip
-
-    def _mark(self, seen: Measured) -> None:
-        """Mark the events of this frame, and for a while those before."""
+    def _marks_after(self, seen: Measured) -> list[_Mark]:
+        """Return the marks of the events of this frame, and of those shortly before."""
         number = seen.frame.number
         places = dict(zip(seen.tracks, seen.droplets, strict=True))
         for track, obstacle in seen.met:
@@ -176,8 +171,7 @@ class OverlayWriter(HoldsFiles):
                 mark = _Mark(number + _FLASH, child.x, child.y, event.kind, BREAKUP)
                 self._marks.append(mark)
         self._marks = [mark for mark in self._marks if mark.until > number]
-        for mark in self._marks:
-            self._labels.write(mark.text, (mark.x, mark.y), _MARK_AWAY, mark.colour)
+        return self._marks
 
     def _fixed(self, points: Floats) -> NDArray[np.int32]:
         # Enlarged pixels: the centre of pixel k is at s k + (s - 1)/2.
@@ -197,54 +191,39 @@ class OverlayWriter(HoldsFiles):
 class _Labels:
     """Write beside things, not on them, and not on what is written already.
 
-    Parameters
-    ----------
-    image : ndarray of uint8, shape (height, width, 3)
-        Is written on.
-    scale : int
-        Its pixels a pixel of the film.
-    outlines : list of ndarray, shape (n, 2)
-        What is to stay free, pixels of the film.
+    Boxes are to stay free, (n, 2, 2), the least and largest x and y of each in pixels of the film;
+    the image has `scale` pixels for each of these.
     """
 
-    def __init__(self, image: Pixels, scale: int, outlines: list[Floats]) -> None:
+    def __init__(self, image: Pixels, scale: int, boxes: Floats) -> None:
         self._image, self._scale = image, scale
-        boxes = [np.concatenate([outline.min(axis=0), outline.max(axis=0)]) for outline in outlines]
-        self._taken = np.array(boxes, dtype=np.float64).reshape(-1, 4) * scale
+        self._taken = boxes.reshape(-1, 4) * scale
 
     def write(
         self, text: str, centre: tuple[float, float], reach: float | Floats, colour: Colour
     ) -> None:
         """Write right of, left of, above or below a thing, where there is most room.
 
-        Parameters
-        ----------
-        text : str
-        centre : (float, float)
-        reach : float or ndarray, shape (2,)
-            Half of its width and height.
-        colour : (int, int, int)
+        Its reach is half of its width and height.
         """
         (wide, high), _ = cv2.getTextSize(text, _FONT, _FONT_SCALE, 1)
         half = np.array([wide, high]) / 2.0
-        middle = np.array(centre) * self._scale
-        away = np.broadcast_to(np.asarray(reach, dtype=np.float64) * self._scale + 4.0, 2) + half
-        boxes = []
-        for side in _SIDES:
-            place = middle + side * away
-            boxes.append(np.concatenate([place - half, place + half]))
-        box = min(boxes, key=self._covered)
-        self._taken = np.vstack([self._taken, box])
+        middles = np.array(centre) * self._scale + _SIDES * (reach * self._scale + 4.0 + half)
+        boxes = np.hstack([middles - half, middles + half])
+        box = boxes[np.argmin(self._covered(boxes))]
+        self._taken = np.concatenate([self._taken, box[None]])
         _write(self._image, text, (round(box[0]), round(box[3])), colour)
 
-    def _covered(self, box: Floats) -> float:
-        """Return how much of a box is taken or outside the image, pixels."""
+    def _covered(self, boxes: Floats) -> Floats:
+        """Return how much of each of several boxes is taken or outside the image, pixels."""
         height, width = self._image.shape[:2]
-        area = float(np.prod(box[2:] - box[:2]))
-        inside = np.clip(np.minimum(box[2:], (width, height)) - np.maximum(box[:2], 0), 0, None)
-        low = np.maximum(box[:2], self._taken[:, :2])
-        high = np.minimum(box[2:], self._taken[:, 2:])
-        return area - float(inside.prod()) + float(np.clip(high - low, 0, None).prod(axis=1).sum())
+        sides = boxes[:, 2:] - boxes[:, :2]
+        inside = np.minimum(boxes[:, 2:], (width, height)) - np.maximum(boxes[:, :2], 0)
+        low = np.maximum(boxes[:, None, :2], self._taken[:, :2])
+        shared = np.maximum(np.minimum(boxes[:, None, 2:], self._taken[:, 2:]) - low, 0)
+        taken = (shared[:, :, 0] * shared[:, :, 1]).sum(axis=1)
+        covered: Floats = sides.prod(axis=1) - np.maximum(inside, 0).prod(axis=1) + taken
+        return covered
 
 
 def _write(image: Pixels, text: str, place: tuple[int, int], colour: Colour) -> None:
@@ -270,38 +249,15 @@ def _legend(width: int) -> Pixels:
     return strip
 
 
-class Thumbnail(NamedTuple):
-    """A collision at its first contact and at its end, side by side.
-
-    Attributes
-    ----------
-    contact_frame, track_id, obstacle_id : int
-        The collision.
-    pixels : ndarray of uint8, shape (side, width, 3)
-        Red, green and blue; white between the two.
-    """
-
-    contact_frame: int
-    track_id: int
-    obstacle_id: int
-    pixels: Pixels
-
-
 class ThumbnailTaker:
-    """Take two pictures of every collision while its clip is measured.
-
-    Parameters
-    ----------
-    obstacles : ndarray, shape (M, 3)
-        Pixels.
-    """
+    """Take two pictures of every collision while its clip is measured."""
 
     def __init__(self, obstacles: Floats) -> None:
         self._obstacles = obstacles
         self._before: dict[tuple[int, int], dict[int, Pixels]] = defaultdict(dict)
 
-    def look(self, seen: Measured) -> list[Thumbnail]:
-        """Take one frame, and return the pictures of the collisions that are over."""
+    def look(self, seen: Measured) -> list[tuple[Encounter, Pixels]]:
+        """Take one frame, and return the collisions that are over, each with its two pictures."""
         if not seen.met and not seen.over:
             return []
         image = rgb_of(seen.frame)
@@ -313,15 +269,14 @@ class ThumbnailTaker:
             taken[seen.frame.number] = self._around(image, pair[1])
             if len(taken) > _MOST_TAKEN:
                 del taken[min(taken)]
-        return [self._joined(encounter, image) for encounter in seen.over]
+        return [(encounter, self._joined(encounter, image)) for encounter in seen.over]
 
-    def _joined(self, over: Encounter, image: Pixels) -> Thumbnail:
-        track, obstacle = over.track_id, over.obstacle_id
-        taken = self._before.pop((track, obstacle))
+    def _joined(self, over: Encounter, image: Pixels) -> Pixels:
+        """Return contact and end side by side, (side, width, 3), with white between."""
+        taken = self._before.pop((over.track_id, over.obstacle_id))
         before = taken[min(taken, key=lambda frame: abs(frame - over.contact_frame))]
         gap = np.full((_THUMBNAIL, _BETWEEN, 3), 255, dtype=np.uint8)
-        pixels = np.hstack([before, gap, self._around(image, obstacle)])
-        return Thumbnail(over.contact_frame, track, obstacle, pixels)
+        return np.hstack([before, gap, self._around(image, over.obstacle_id)])
 
     def _around(self, image: Pixels, obstacle: int) -> Pixels:
         x, y, radius = self._obstacles[obstacle]

@@ -17,9 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.formats import opened
-from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
-from pinchoff.video.formats.source import CHOICE, About, Pixels, Planes, Source
+from pinchoff.video.formats import STACK_SUFFIXES, opened
+from pinchoff.video.formats.selection import ALL_FRAMES
+from pinchoff.video.formats.source import (
+    CHOICE,
+    IMAGE_SUFFIXES,
+    About,
+    Pixels,
+    Planes,
+    Source,
+)
 from pinchoff.video.formats.whitepoint import BYTES, Range, range_of, to_bytes, without_gaps
 
 DEFAULT_FPS = 60.0
@@ -60,7 +67,7 @@ class Clip:
         The file or folder.
     fps : float, optional
         Frames a second; by default the times are those that the file gives.
-    frames_wanted : FrameRange, optional
+    frames_wanted : range, optional
         Which frames are read; they keep their numbers and times.
     crop : (int, int, int, int), optional
         Left, top, width and height of the part that is read, pixels.
@@ -69,8 +76,6 @@ class Clip:
 
     Attributes
     ----------
-    about : About
-        What the file says of itself.
     warning : str
         What went wrong while it was last read; empty when nothing did.
 
@@ -82,7 +87,7 @@ class Clip:
 
     path: Path
     fps: float | None = None
-    frames_wanted: FrameRange = ALL_FRAMES
+    frames_wanted: range = ALL_FRAMES
     crop: Crop | None = None
     channel: str | None = None
     warning: str = field(default="", init=False)
@@ -124,33 +129,29 @@ class Clip:
     def frame_count(self) -> int | None:
         """How many frames are read, where the file says it."""
         count = self.about.count
-        return None if count is None else self.frames_wanted.count(count)
+        wanted = self.frames_wanted
+        return (
+            None if count is None else len(range(count)[wanted.start : wanted.stop : wanted.step])
+        )
 
     def frames(self, *, sparse: bool = False) -> Iterator[Frame]:
         """Read all frames in sequence; one is held at a time.
 
-        Parameters
-        ----------
-        sparse : bool, optional
-            Whether frames may be left out where that is faster; the others keep their numbers.
-
-        Yields
-        ------
-        Frame
+        Where `sparse`, frames may be left out if that is faster; the others keep their numbers.
+        What can be read of a damaged file is read, and `warning` says what was left out.
 
         Raises
         ------
         InputError
-            Not even one frame can be read. What can be read of a damaged file is read, and
-            `warning` says what was left out.
+            Not even one frame can be read.
         """
         self.warning = ""
         shape, gaps = None, 0
         try:
             for number, time, image in self._source.pictures(sparse=sparse):
-                if self.frames_wanted.ends_before(number):
+                if number >= self.frames_wanted.stop:
                     break
-                if not self.frames_wanted.holds(number):
+                if number not in self.frames_wanted:
                     continue
                 planes, lost = self._planes(image)
                 gaps += lost
@@ -205,8 +206,6 @@ class Clip:
 
 
 def _is_film(path: Path) -> bool:
-    from pinchoff.video.formats import IMAGE_SUFFIXES, STACK_SUFFIXES
-
     still = (*IMAGE_SUFFIXES, *STACK_SUFFIXES, ".nd2", ".czi")
     return not path.is_dir() and path.suffix.lower() not in still
 

@@ -7,6 +7,7 @@ across its border, which of them the frame or the dark edge of the view ends.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol, TypeVar
 
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff import _core
+from pinchoff.video.droplets import Droplet
 from pinchoff.video.signal import Image
 
 Floats = NDArray[np.float64]
@@ -331,11 +333,18 @@ class Groups:
     def join(self, one: int, other: int) -> None:
         self._parent[self._root(one)] = self._root(other)
 
-    def numbers(self, present: Sequence[bool]) -> list[int]:
-        """Return the number of each member's group, -1 for those that are alone."""
+    def grouped(self, droplets: Sequence[Droplet | None]) -> list[Droplet]:
+        """Return the members that are droplets, each with its group's number, -1 if alone."""
         roots = [self._root(member) for member in range(len(self._parent))]
-        sizes: dict[int, int] = {}
-        for root, is_present in zip(roots, present, strict=True):
-            sizes[root] = sizes.get(root, 0) + is_present
+        sizes = Counter(
+            root for root, each in zip(roots, droplets, strict=True) if each is not None
+        )
         numbers: dict[int, int] = {}
-        return [numbers.setdefault(root, len(numbers)) if sizes[root] > 1 else -1 for root in roots]
+        for root in roots:
+            if sizes[root] > 1:
+                numbers.setdefault(root, len(numbers))
+        return [
+            each._replace(group=numbers.get(root, -1))
+            for root, each in zip(roots, droplets, strict=True)
+            if each is not None
+        ]

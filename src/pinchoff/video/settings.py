@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Self, TypeAlias
+from typing import Annotated, Any, Literal, Self, TypeAlias, get_args
 
 from pydantic import Field, model_validator
 
 from pinchoff.support.checked import Checked, Number, WholeNumber, explained, number
 from pinchoff.support.errors import InputError
-from pinchoff.video.encounters import Laboratory
-from pinchoff.video.formats.selection import FrameRange
+from pinchoff.video.encounters import CONTACT_DISTANCE_UM, Laboratory
+from pinchoff.video.formats.selection import frame_range
 from pinchoff.video.formats.source import SMALLEST_SIDE
 
 SMALLEST_RIM_PX = 8.0
@@ -22,9 +22,9 @@ SMALLEST_DROPLET_PX = 11.0
 SMALLEST_LENGTH_PX = 2.0
 """Least radius of a pillar that can be seen, pixels."""
 
-METHOD_NAMES = ("rings", "enclosed", "spots", "packed")
+Method: TypeAlias = Literal["rings", "enclosed", "spots", "packed"]
+METHOD_NAMES: tuple[str, ...] = get_args(Method)
 """Segmentations, by name."""
-
 
 _Even: TypeAlias = Annotated[WholeNumber, Field(ge=0, multiple_of=2)]
 _Side: TypeAlias = Annotated[WholeNumber, Field(ge=SMALLEST_SIDE)]
@@ -107,17 +107,24 @@ class VideoSettings(Checked):
         Places inside droplets from which to learn that colour instead.
     minimum_diameter_um : float
         Smaller droplets are left out, µm.
+    method : str, optional
+        How droplets are told: "rings", "enclosed", "spots" or "packed"; by default as the clip
+        suggests.
     packed : bool
         Whether droplets are so many that the chamber is never seen empty; then they are told by
         their dark rims alone, whatever their inside looks like, and may overlap.
     maximum_diameter_um : float, optional
         The largest droplet of a packed scene, µm; by default a third of the image's shorter side.
     rim_contrast : float
-        Least brightening across the rim of one, as a fraction of the frame's light.
+        Least brightening across the rim of one, as a fraction of the way from the frame's darkest
+        to its light.
     rim_score : float
         How round, even and closed its rim must be, from 0 to 1, that of a sharp black ring.
+    find_obstacles : bool
+        Whether pillars of any radius are looked for in the background; those of a radius that is
+        known from `laboratory` are in any case.
     obstacles : tuple of (x, y, radius), optional
-        Centres and radii in pixels; by default they are looked for in the background.
+        Where they are instead, centres and radii in pixels.
     lattice : Lattice, optional
         A regular array of them instead; as a table in TOML, or as a setting of the command
         ``lattice={pitch_um=900, radius_um=85, x_px=320, y_px=256}``.
@@ -142,13 +149,7 @@ class VideoSettings(Checked):
         A value is missing, out of its range or of the wrong type.
     """
 
-    pixel_size_um: Number | None = explained(
-        "a finite number from 0.001 to 10000",
-        "the side of a pixel in µm",
-        ge=1e-3,
-        le=1e4,
-        default=None,
-    )
+    pixel_size_um: Number | None = number(1e-3, 1e4, "the side of a pixel in µm", default=None)
     fps: Number | None = _derived(1e-3, 1e6, "frames a second")
     frames: str | None = explained("START:STOP or START:STOP:STEP", "a range", default=None)
     crop: tuple[_Even, _Even, _Side, _Side] | None = explained(
@@ -170,12 +171,12 @@ class VideoSettings(Checked):
         "a list of [frame, x, y]", "places inside droplets", default=()
     )
     minimum_diameter_um: Number | None = _derived(0.0, 1e5, "the smallest droplet in µm")
-    method: str | None = explained(
-        "one of " + ", ".join(METHOD_NAMES), "how droplets are told", default=None
+    method: Method | None = explained(
+        f"one of {', '.join(METHOD_NAMES)}", "a method, or none: the clip decides", default=None
     )
     packed: bool = explained("true or false", "whether droplets fill the view", default=False)
     maximum_diameter_um: Number | None = _derived(1e-3, 1e6, "the largest droplet in µm")
-    rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.08)
+    rim_contrast: Number = number(0.0, 1.0, "a fraction of the light", default=0.12)
     rim_score: Number = number(0.0, 1.0, "how sure a droplet must be", default=0.22)
     find_obstacles: bool = explained(
         "true or false", "whether pillars of any radius are looked for", default=False
@@ -186,9 +187,7 @@ class VideoSettings(Checked):
     lattice: Lattice | None = explained(
         "a table with pitch_um, radius_um, x_px and y_px", "a regular array", default=None
     )
-    contact_distance_um: Number | None = explained(
-        "a finite number from 0 to 10000", "a distance in µm", ge=0.0, le=1e4, default=None
-    )
+    contact_distance_um: Number | None = number(0.0, 1e4, "a distance in µm", default=None)
     velocity_frames: WholeNumber = explained(
         "a whole number from 3 to 100", "frames of the velocity's fit", ge=3, le=100, default=8
     )
@@ -198,6 +197,12 @@ class VideoSettings(Checked):
     )
     area_tolerance: Number = number(0.0, 1.0, "a fraction of the area", default=0.15)
     laboratory: Laboratory = explained("a Laboratory", "what is known", default=Laboratory())
+
+    @property
+    def contact_um(self) -> float:
+        """How near to an obstacle a droplet is in contact at all, µm."""
+        given = self.contact_distance_um
+        return CONTACT_DISTANCE_UM if given is None else given
 
     @property
     def pixel_um(self) -> float:
@@ -224,10 +229,7 @@ class VideoSettings(Checked):
     @model_validator(mode="after")
     def _agrees(self) -> Self:
         if self.frames is not None:
-            FrameRange.read(self.frames)
-        if self.method is not None and self.method not in METHOD_NAMES:
-            rule, advice = "one of " + ", ".join(METHOD_NAMES), "or leave it out: the clip decides"
-            raise InputError.of("method", rule, self.method, advice)
+            frame_range(self.frames)
         if self.pixel_size_um is not None:
             self._agree_in_pixels(self.pixel_size_um)
         if self.obstacles is not None and self.lattice is not None:
@@ -249,12 +251,7 @@ class VideoSettings(Checked):
             raise InputError.of("minimum_diameter_um", rule, got, "ask for larger droplets")
 
     def require_scale(self, size: tuple[int, int]) -> None:
-        """Refuse a scale at which pillars or droplets could not be seen.
-
-        Parameters
-        ----------
-        size : (int, int)
-            Width and height of the frame, pixels.
+        """Refuse a scale at which pillars or droplets could not be seen in a frame of a size.
 
         Raises
         ------
@@ -267,20 +264,15 @@ class VideoSettings(Checked):
             "lattice.radius_um": None if lattice is None else lattice.radius_um,
             "maximum_diameter_um": self.maximum_diameter_um,
         }
-        for name, length in lengths.items():
-            if length is not None:
-                self._require_seen(name, length, size)
         smallest = self.minimum_diameter_um
         if smallest is not None and smallest / self.pixel_um > min(size):
-            self._require_seen("minimum_diameter_um", smallest, size)
-
-    def _require_seen(self, name: str, length: float, size: tuple[int, int]) -> None:
-        pixels = length / self.pixel_um
-        if SMALLEST_LENGTH_PX <= pixels <= max(size):
-            return
-        rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
-        got = f"{length:g} µm at {self.pixel_um:g} µm a pixel, {pixels:.3g} px"
-        raise InputError.of(name, rule, got, "check both lengths and their units")
+            lengths["minimum_diameter_um"] = smallest
+        for name, length in lengths.items():
+            pixels = math.nan if length is None else length / self.pixel_um
+            if pixels < SMALLEST_LENGTH_PX or pixels > max(size):
+                rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
+                got = f"{length:g} µm at {self.pixel_um:g} µm a pixel, {pixels:.3g} px"
+                raise InputError.of(name, rule, got, "check both lengths and their units")
 
     @property
     def minimum_area_px(self) -> float:

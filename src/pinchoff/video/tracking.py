@@ -25,8 +25,6 @@ from pinchoff.video.settings import VideoSettings
 T = TypeVar("T")
 Floats = NDArray[np.float64]
 
-EVENTS = ("entry", "exit", "break-up", "coalescence", "found", "lost")
-
 _FORBIDDEN = 1e12
 _VELOCITY_MEMORY = 0.5  # share of the newest displacement in a track's velocity
 _MOST_DAUGHTERS = 4
@@ -44,7 +42,7 @@ class Event(NamedTuple):
     Attributes
     ----------
     kind : str
-        One of `EVENTS`.
+        "entry", "exit", "break-up", "coalescence", "found" or "lost".
     frame : int
         The first frame after it. A daughter too small to be seen at once is reported late, with
         the frame in which its area was first missing.
@@ -68,7 +66,9 @@ class _Track:
     velocity: Floats | None = None
     missed: int = 0
     seen: int = 1
-    recent: deque[tuple[int, float]] = field(default_factory=deque)  # frames and whole areas
+    recent: deque[tuple[int, float]] = field(  # frames and whole areas
+        default_factory=lambda: deque(maxlen=_LOOK_BACK)
+    )
 
     def whole_area(self) -> float:
         """Return the largest area of late: a small daughter may be seen frames after it left."""
@@ -87,10 +87,8 @@ class _Track:
     def moved_to(self, frame: int, droplet: Droplet) -> None:
         step = np.array([droplet.x - self.droplet.x, droplet.y - self.droplet.y])
         step = step / (frame - self.frame)
-        if self.velocity is None:
-            self.velocity = step
-        else:
-            self.velocity = self.velocity + _VELOCITY_MEMORY * (step - self.velocity)
+        before = step if self.velocity is None else self.velocity
+        self.velocity = before + _VELOCITY_MEMORY * (step - before)
         self.frame, self.droplet, self.missed = frame, droplet, 0
         self.seen += 1
 
@@ -98,41 +96,23 @@ class _Track:
         """Keep the last areas; none across the frame's edge."""
         if self.droplet.cut:
             self.recent.clear()
-            return
-        self.recent.append((self.frame, self.droplet.area))
-        while len(self.recent) > _LOOK_BACK:
-            self.recent.popleft()
+        else:
+            self.recent.append((self.frame, self.droplet.area))
 
 
 @dataclass
 class Tracker:
-    """Follow the droplets of a clip, one frame after the other.
-
-    Parameters
-    ----------
-    settings : VideoSettings
-
-    Attributes
-    ----------
-    count : int
-        Tracks so far.
-    """
+    """Follow the droplets of a clip, one frame after the other."""
 
     settings: VideoSettings
     _tracks: list[_Track] = field(default_factory=list)
-    count: int = 0
+    count: int = 0  # of tracks so far
     _flow: Floats = field(default_factory=lambda: np.zeros(2))
     _begun_at: int | None = None
     _strides: deque[float] = field(default_factory=lambda: deque(maxlen=_STRIDES))
 
     def resolved(self, frame: int, droplets: Sequence[Droplet]) -> list[Droplet]:
-        """Return droplets with parts taken together that were one droplet and still may be one.
-
-        Parameters
-        ----------
-        frame : int
-        droplets : sequence of Droplet
-        """
+        """Return droplets with parts taken together that were one droplet and still may be one."""
         kept: list[Droplet] = []
         done: set[int] = set()
         for droplet in droplets:
@@ -154,20 +134,7 @@ class Tracker:
         return False
 
     def step(self, frame: int, droplets: Sequence[Droplet]) -> tuple[list[int], list[Event]]:
-        """Take the droplets of the next frame.
-
-        Parameters
-        ----------
-        frame : int
-            Its number, larger than the last.
-        droplets : sequence of Droplet
-
-        Returns
-        -------
-        numbers : list of int
-            The track of each droplet.
-        events : list of Event
-        """
+        """Take the droplets of a later frame; return the track of each, and what happened."""
         if self._begun_at is None:
             self._begun_at = frame
         links = self._links(frame, droplets)
@@ -178,9 +145,9 @@ class Tracker:
         def expected(track: _Track) -> Floats:
             return track.expected(frame, self._flow)
 
-        leftovers = _Leftovers(self, droplets, free_tracks, free, partners, expected)
         events: list[Event] = []
         begun: dict[int, _Track] = {}
+        leftovers = _Leftovers(self, droplets, free_tracks, free, partners, expected)
         for parents, children in leftovers.explained():
             born = {k: self._new(frame, droplets[k], parents[-1]) for k in children}
             events.append(_event(frame, parents, list(born.values())))

@@ -13,9 +13,8 @@ import numpy as np
 
 from pinchoff.video.background import Background
 from pinchoff.video.droplets import Droplet, Segmenter
-from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.packed import RimSegmenter
-from pinchoff.video.methods.spots import SpotSegmenter
+from pinchoff.video.methods.surroundings import LevelSegmenter
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
 from pinchoff.video.quality import Picture, Quality, persistence, quality
 from pinchoff.video.reading import Frame
@@ -34,7 +33,7 @@ _GRID, _CLEARLY = 4, 6.0  # pixels and deviations of the noise, for that
 _AS_GOOD = 0.92  # of the best score: then the method that comes first is taken
 _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
 _TWICE, _AS_MANY = 2.0, 0.85  # times the droplets of the best: then this share of its score will do
-_MANY_MORE = 1.15  # droplets of another method whose score is higher: then it is taken
+_MORE = 1.02  # droplets of another method whose score is higher: then it is taken
 
 
 class Trial(NamedTuple):
@@ -82,7 +81,7 @@ def best_of(trials: Sequence[Trial], pillars: bool) -> Trial:
 def _finds_more(trial: Trial, other: Trial) -> float:
     """Return how many more droplets a trial finds than another that is not better; or 1."""
     seen, least = trial.quality, other.quality
-    many = seen.droplets >= _MANY_MORE * least.droplets and other.method != "rings"
+    many = seen.droplets >= _MORE * least.droplets and other.method != "rings"
     return seen.droplets / least.droplets if many and seen.score >= least.score else 1.0
 
 
@@ -206,7 +205,7 @@ class Contest:
 
 def _forgetting(trial: Trial) -> Trial:
     """Let a method go of what it saw in the frames from which it learned: that takes memory."""
-    if isinstance(trial.segmenter, EnclosedSegmenter | SpotSegmenter):
+    if isinstance(trial.segmenter, LevelSegmenter):
         trial.segmenter.forget()
     return trial
 

@@ -19,13 +19,14 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
 from types import FrameType
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
-    from pinchoff.video.droplets import Droplet
+    from pinchoff.video.droplets import Droplet, Segmenter
     from pinchoff.video.reading import Frame
 
 Job = TypeVar("Job")
@@ -39,19 +40,11 @@ _GRACE_S = 5.0  # for a worker to leave its work in order
 _CONTEXT: SpawnContext = multiprocessing.get_context("spawn")
 
 
-class Finds(Protocol):
-    """What finds the droplets of a frame, whatever came before it."""
-
-    def droplets(self, frame: Frame) -> list[Droplet]:
-        """Return the droplets of a frame."""
-        ...
-
-
 class _Worker:
     """What a process knows of its work; set when it starts."""
 
     counts: Any = None
-    segmenter: Finds
+    segmenter: Segmenter
     busy = False
     stopping = False
 
@@ -67,7 +60,6 @@ def all_done(
 
     Parameters
     ----------
-    jobs : sequence
     work : callable
         Function of a module that does a job. Its second argument is to be called with how much
         of it is done.
@@ -79,17 +71,15 @@ def all_done(
         Called now and then with how much is done of all jobs.
     """
     if processes <= 1:
-        before = 0.0
-        for job in jobs:
-            last = [0.0]
+        counts = [0] * len(jobs)
 
-            def count(done: float, last: list[float] = last, before: float = before) -> None:
-                last[0] = done
-                if show is not None:
-                    show(before + done)
+        def count(k: int, frames: int) -> None:
+            counts[k] = frames
+            if show is not None:
+                show(sum(counts))
 
-            yield work(job, count)
-            before += last[0]
+        for k, job in enumerate(jobs):
+            yield work(job, partial(count, k))
         return
     done = _CONTEXT.RawArray(ctypes.c_int64, [-1] * len(jobs))  # -1: not begun
     left = list(range(len(jobs)))
@@ -195,28 +185,19 @@ def _at_work() -> Iterator[None]:
 
 
 def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k: int) -> Result:
-    _Worker.counts[k] = 0
-
-    def count(done: int) -> None:
-        _Worker.counts[k] = done
-
+    count = partial(_Worker.counts.__setitem__, k)
+    count(0)
     with _at_work():
         return work(job, count)
 
 
 def segmented(
-    frames: Iterable[Frame], segmenter: Finds, processes: int
+    frames: Iterable[Frame], segmenter: Segmenter, processes: int
 ) -> Iterator[tuple[Frame, list[Droplet]]]:
-    """Yield every frame with its droplets, in order.
+    """Yield every frame with its droplets, in order; with one process all is done here.
 
-    Parameters
-    ----------
-    frames : iterable of Frame
-    segmenter : Finds
-        Is copied to the processes. One that cannot be, as a function of a user's script, works
-        here.
-    processes : int
-        How many look for droplets at a time; with one it is done here.
+    The segmenter is copied to the processes; one that cannot be, as a function of a user's script,
+    works here.
     """
     copied = _copied(segmenter) if processes > 1 else b""
     if not copied:
@@ -235,7 +216,7 @@ def segmented(
             yield first, found.result()
 
 
-def _copied(segmenter: Finds) -> bytes:
+def _copied(segmenter: Segmenter) -> bytes:
     try:
         return pickle.dumps(segmenter)
     except (pickle.PicklingError, AttributeError, TypeError):

@@ -12,6 +12,7 @@ import numpy as np
 from pinchoff.figures import emulsion_figures as figures
 from pinchoff.figures.html_page import Page
 from pinchoff.model.emulsion_result import RETIRED_WARNING
+from pinchoff.studies.block_errors import Measured
 from pinchoff.studies.lineage import lineage
 from pinchoff.support.numerals import counted
 
@@ -50,19 +51,9 @@ def emulsion_page(
 ) -> Page:
     """Return the page.
 
-    Parameters
-    ----------
-    design : EmulsionDesign
-    run : Emulsion
-    study : SizeStudy
-    trust : Trust or None
-        None: outlines were not kept.
-    contacts : DataFrame
-        Of `contact_outcomes`.
-    isolated : DataFrame or None
-        Of `isolated_pillar`. None: there is no such line for this run.
-    links : mapping of str to str
-        Names of the files beside the page that it leads to, by what is said of each.
+    There is no `trust` where outlines were not kept, and no `isolated`, of `isolated_pillar`,
+    where this run has no such line. `contacts` are those of `contact_outcomes`; `links` has names
+    of files beside the page, by what is said of each.
     """
     counts = run.balance
     merges = f"{counts['merges']:.0f} merges, " if design.coalescence else ""
@@ -144,7 +135,7 @@ def _tell_lineage(page: Page, events: pd.DataFrame, end: float) -> None:
     page.figure(
         figures.lineage_tree(family, end),
         "The largest family, up to its first 60 droplets. A merged droplet goes on in the line of "
-        "the larger of the two; dotted: the smaller one joins it.",
+        "the larger of the two; dotted: the smaller one joins it. Arrows: it left.",
     )
 
 
@@ -157,43 +148,33 @@ def _tell_merging(
         f"part merge at C ≥ {1 - how.separation:g}"
         + (" times a random number of mean 1." if how.stochastic else ".")
     )
-    drawn = figures.pair_contacts(events)
     page.figure(
-        drawn,
+        figures.pair_contacts(events),
         "How long droplets were in contact, and the clock C of their film at the end, for those "
         "that merged and those that parted.",
     )
     ended = events[events["kind"].isin(("parted", "merge"))]
-    merged = ended[ended["kind"] == "merge"]
+    lasted, otherwise = ended["time"] - ended["since"], "no contact ended"
+    median = ended.assign(lasted=lasted)[["lasted", "facing_length"]].median()
     refused = events["reason"][events["kind"] == "unmerged"].astype(str)
     closing = int(refused.str.startswith("the obstacle").sum())
     page.facts(
         {
             "contacts of two droplets": f"{counts['touches']:.0f}",
-            "of these merged": f"{len(merged)}",
+            "of these merged": int((ended["kind"] == "merge").sum()),
             "merges refused, as the droplet would close round a pillar": closing,
             "merges refused, as it would cross itself": len(refused) - closing,
-            "duration of a contact, median (t0)": _median(ended["time"] - ended["since"]),
-            "facing length L at most, median (D0)": _median(ended["facing_length"]),
+            "duration of a contact, median (t0)": _found(median["lasted"], otherwise),
+            "facing length L at most, median (D0)": _found(median["facing_length"], otherwise),
         }
     )
-
-
-def _median(values: pd.Series[float]) -> str:
-    return f"{values.median():.3g}" if len(values) else "no contact ended"
 
 
 def sweep_page(table: pd.DataFrame, varied: Sequence[str], page_name: str) -> Page:
     """Return the page of several runs.
 
-    Parameters
-    ----------
-    table : DataFrame
-        A row a run, of `summary_row`.
-    varied : sequence of str
-        Which of its columns are what was varied.
-    page_name : str
-        Of the page in each run's folder.
+    The table has a row a run, of `summary_row`; `varied` are those of its columns that were
+    varied, and `page_name` is that of the page in each run's folder.
     """
     page = Page(
         "Droplets through arrays of pillars",
@@ -252,11 +233,8 @@ def _sizes(design: EmulsionDesign, study: SizeStudy) -> dict[str, object]:
     }
     scale = design.parameters.scale
     if scale is not None:
-        microns = {"mean diameter (µm)": study.mean_diameter}
-        facts |= {
-            name: type(found)(found.value * scale.diameter_um, found.error * scale.diameter_um)
-            for name, found in microns.items()
-        }
+        value, error = (scale.diameter_um * number for number in study.mean_diameter)
+        facts["mean diameter (µm)"] = Measured(value, error)
     return facts
 
 
@@ -270,21 +248,23 @@ def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | 
         "droplet's area and speed at contact. The line is the law of isolated collisions, with the "
         "separating line of the paper's simulations and w of its experiments"
     )
+    if not len(contacts):
+        page.paragraph("Not drawn, because no droplet met a pillar.")
+        return
     if not contacts["settled"].any():
-        seen = f"none of {counted(len(contacts), 'contact')} with a pillar" if len(contacts) else ""
+        seen = counted(len(contacts), "contact")
         page.paragraph(
-            "Not drawn, because "
-            + (f"{seen} was settled when the run ended." if seen else "no droplet met a pillar.")
+            f"Not drawn, because none of {seen} with a pillar was settled when the run ended."
         )
         return
     if isolated is None:
         page.figure(figures.contact_breakups(contacts), f"{law}.")
     else:
-        beside = (
+        law += (
             "; on the right Bk is divided by that at which a droplet of the same diameter breaks "
             "on a pillar that stands alone in the same flow."
         )
-        page.figure(figures.contact_breakups(contacts, isolated), law + beside)
+        page.figure(figures.contact_breakups(contacts, isolated), law)
         page.table(
             ("diameter (D0)", "S_c alone", "speed at contact (v_f∞)", "Bk there"),
             isolated.map(_found).to_numpy().tolist(),
@@ -295,7 +275,9 @@ def _tell_contacts(page: Page, contacts: pd.DataFrame, isolated: pd.DataFrame | 
             "differs from it and the right one does not, the flow and the size are the cause, not "
             "the neighbours."
         )
-    page.paragraph(f"{np.sum(~contacts['settled'])} contacts were not settled when the run ended.")
+    page.paragraph(
+        f"{counted(int((~contacts['settled']).sum()), 'contact')} not settled when the run ended."
+    )
 
 
 def _tell_trust(page: Page, trust: Trust | None, run: Emulsion, begin: float) -> None:
@@ -335,7 +317,7 @@ def _tell_retired(page: Page, run: Emulsion) -> None:
     more = f"; the first {_RETIRED}" if len(gone) > _RETIRED else ""
     rows = [
         [
-            f"{row['droplet_id']}",
+            row["droplet_id"],
             f"{row['time']:.4g}",
             f"{row['x']:.3g}, {row['y']:.3g}",
             f"{row['diameter']:.3g}",

@@ -229,7 +229,7 @@ def _compare(page: Page, study: LawStudy) -> None:
 def _p_value(value: float) -> str:
     if math.isnan(value):
         return ""
-    return f"{value:.2g}" if value > 1e-300 else "<1e-300"
+    return numeral(value, ".2g") if value > 1e-300 else "< 10⁻³⁰⁰"
 
 
 def _list_set_aside(page: Page, study: LawStudy) -> None:

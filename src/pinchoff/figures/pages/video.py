@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import numpy as np
@@ -17,7 +17,7 @@ from pinchoff.figures.html_page import Page
 from pinchoff.figures.video_histograms import diameters, histograms, timeline
 from pinchoff.support.numerals import counted, numeral
 from pinchoff.video import clip_folder
-from pinchoff.video.formats.selection import ALL_FRAMES, FrameRange
+from pinchoff.video.formats.selection import ALL_FRAMES, frame_range
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -43,9 +43,9 @@ def write_report(result: VideoResult) -> list[Path]:
     list of Path
         What was written.
     """
-    pictures = _moments(result)
+    pictures = _pictures(result)
     sheet = result.path / SHEET
-    shown = write_contact_sheet(sheet, [moment.picture for moment in pictures])
+    shown = write_contact_sheet(sheet, pictures)
     table = result.collisions
     accepted = table["accepted"].to_numpy(bool)
     broke = table["broke"].fillna(False).to_numpy(bool)
@@ -89,8 +89,8 @@ def _notice(clips: Sequence[ClipOutcome]) -> str:
     return " · ".join(told[:_MOST_TOLD]) + (f" · and {more} more clips" if more > 0 else "")
 
 
-def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int) -> None:
-    drawn = [moment for moment in pictures if moment.picture.path.exists()]
+def _gallery(page: Page, pictures: Sequence[Picture], count: int, on_sheet: int) -> None:
+    drawn = [picture for picture in pictures if picture.path.exists()]
     if not drawn:
         return
     page.section("Every collision")
@@ -100,9 +100,7 @@ def _gallery(page: Page, pictures: Sequence[_Moment], count: int, on_sheet: int)
         f"{on_sheet} of {count} are on {SHEET}"
         + (f"; the first {MOST_SHOWN} are here." if len(drawn) > MOST_SHOWN else ".")
     )
-    page.gallery(
-        (moment.picture.path, moment.picture.label, moment.film) for moment in drawn[:MOST_SHOWN]
-    )
+    page.gallery(drawn[:MOST_SHOWN])
 
 
 def _droplets(clips: Sequence[ClipOutcome]) -> str:
@@ -113,10 +111,11 @@ def _stills(page: Page, result: VideoResult) -> None:
     """Add a frame of each annotated film; it opens the film at that moment."""
     stills = []
     for clip in result.clips[:_MOST_STILLS]:
-        still = _still(clip.folder / clip_folder.OVERLAY) if clip.result else None
+        film = clip.folder / clip_folder.OVERLAY
+        still = _still(film) if clip.result else None
         if still is not None:
             picture, second = still
-            path = (clip.folder / clip_folder.OVERLAY).relative_to(result.path).as_posix()
+            path = film.relative_to(result.path).as_posix()
             label = f"{clip.name}: {_droplets([clip])}, method {clip.result['method']}"
             stills.append((picture, label, f"{quote(path)}#t={second:.2f}"))
     if not stills:
@@ -172,25 +171,19 @@ def _sizes(page: Page, result: VideoResult) -> None:
         page.figure(diameters(areas.to_numpy()), caption)
 
 
-class _Moment(NamedTuple):
-    """A collision's picture, and the address of the moment in the annotated film."""
-
-    picture: Picture
-    film: str
-
-
-def _moments(result: VideoResult) -> list[_Moment]:
+def _pictures(result: VideoResult) -> list[Picture]:
     clips = {clip.name: clip for clip in result.clips}
-    moments = []
-    for row in _rows(result.collisions):
+    pictures = []
+    rows: Iterable[Any] = result.collisions.itertuples()
+    for row in rows:
         clip = clips[row.clip]
         name = clip_folder.thumbnail_name(row.contact_frame, row.track_id, row.obstacle_id)
-        label = _label(
-            row.collision_id, row.symmetry, row.speed_mm_s, row.outcome, row.reject_reason
-        )
-        picture = Picture(clip.folder / clip_folder.THUMBNAILS / name, label)
-        moments.append(_Moment(picture, _film(clip, result.path, row.contact_frame)))
-    return moments
+        symmetry, speed = _shown(row.symmetry, ""), _shown(row.speed_mm_s, " mm/s")
+        end = f"rejected: {row.reject_reason}" if row.reject_reason else row.outcome
+        label = f"{row.collision_id}: S {symmetry}, v {speed}, {end}"
+        opens = _film(clip, result.path, row.contact_frame)
+        pictures.append(Picture(clip.folder / clip_folder.THUMBNAILS / name, label, opens))
+    return pictures
 
 
 def _film(clip: ClipOutcome, page: Path, frame: int) -> str:
@@ -199,19 +192,10 @@ def _film(clip: ClipOutcome, page: Path, frame: int) -> str:
     if not fps:
         return ""
     told = clip.result["settings"].get("frames")
-    part = ALL_FRAMES if told is None else FrameRange.read(told)
+    part = ALL_FRAMES if told is None else frame_range(told)
     second = max(0.0, (frame - part.start) / part.step / fps - _BEFORE_S)
     path = (clip.folder / clip_folder.OVERLAY).relative_to(page).as_posix()
     return f"{quote(path)}#t={second:.2f}"
-
-
-def _rows(table: pd.DataFrame) -> Iterator[Any]:
-    return table.itertuples()
-
-
-def _label(number: int, symmetry: float, speed: float, outcome: str, reason: str) -> str:
-    end = f"rejected: {reason}" if reason else outcome
-    return f"{number}: S {_shown(symmetry, '')}, v {_shown(speed, ' mm/s')}, {end}"
 
 
 def _shown(value: float, unit: str) -> str:
@@ -237,18 +221,8 @@ def _clips(page: Page, clips: list[ClipOutcome], table: pd.DataFrame) -> None:
                 fit[clip.name],
             )
         rows.append((clip.name, *numbers, clip.error or (found.get("warning") or "")))
-    heads = (
-        "clip",
-        "method and scores",
-        "frames",
-        "time (s)",
-        "obstacles",
-        "droplets",
-        "collisions",
-        "accepted",
-        "",
-    )
-    page.table(heads, rows)
+    counted_there = ("obstacles", "droplets", "collisions", "accepted")
+    page.table(("clip", "method and scores", "frames", "time (s)", *counted_there, ""), rows)
 
 
 def _method(found: dict[str, Any]) -> str:

@@ -37,56 +37,32 @@ _MOST_ROUNDS = 10  # rounds of closing; a bracket is then a millionth of the sca
 
 
 class Trial(NamedTuple):
-    """What a search knows of one run.
+    """What a search knows of one run."""
 
-    Attributes
-    ----------
-    offset : float
-        Start y, D0.
-    symmetry : float
-        S at first contact; NaN: the droplet never touched the obstacle.
-    broke : bool or None
-        None: a guard stopped the run, so that it has no outcome.
-    """
-
-    offset: float
-    symmetry: float
-    broke: bool | None
+    offset: float  # start y, D0
+    symmetry: float  # S at first contact; NaN: the droplet never touched the obstacle
+    broke: bool | None  # None: a guard stopped the run, so that it has no outcome
 
 
 class Interval(NamedTuple):
-    """Neighbouring runs of one outcome: S of the nearest to head-on, of the farthest, outcome."""
+    """Neighbouring runs of one outcome."""
 
-    first_symmetry: float
+    first_symmetry: float  # of the run nearest to head-on
     last_symmetry: float
     broke: bool
 
 
 class Bracket(NamedTuple):
-    """What a search found.
-
-    Attributes
-    ----------
-    status : str
-        One of `STATUSES`.
-    broke, unbroken : Trial or None
-        The ends of the bracket: the run of the smallest S that broke and the run of the largest
-        S that did not. None where there is no such end, and both None where the outcome changes
-        more than once.
-    intervals : tuple of Interval
-        Every stretch of equal outcome among the runs that touched, from head-on outwards.
-    trials : int
-        Runs in all.
-    failures : int
-        Runs that a guard stopped.
-    """
+    """What a search found."""
 
     status: Status
+    # The ends of the bracket: the run of the smallest S that broke and that of the largest S that
+    # did not. None where there is no such end, both where the outcome changes more than once.
     broke: Trial | None
     unbroken: Trial | None
-    intervals: tuple[Interval, ...]
+    intervals: tuple[Interval, ...]  # of all runs that touched, from head-on outwards
     trials: int
-    failures: int
+    failures: int  # runs that a guard stopped
 
     @property
     def width(self) -> float:
@@ -99,17 +75,9 @@ class Bracket(NamedTuple):
 class Search:
     """Search for the edge at one point of parameter space.
 
-    Parameters
-    ----------
-    reach : float
-        Offset to which the scan goes at first, D0; it goes on from there as far as droplets touch
-        the obstacle with more than a glance.
-    width : float
-        Largest distance in S of the two ends of a finished bracket.
-    scan : int
-        Intervals of the scan up to `reach`.
-    limit : float
-        Largest offset that may be asked for, D0.
+    The scan has `scan` intervals up to the offset `reach`, D0, and goes on from there as far as
+    droplets touch the obstacle with more than a glance, but not beyond `limit`. The two ends of a
+    finished bracket are at most `width` apart in S.
     """
 
     def __init__(self, reach: float, width: float, scan: int, limit: float) -> None:
@@ -229,18 +197,10 @@ def _narrow(broke: Trial, unbroken: Trial, width: float) -> bool:
 def run_searches(
     searches: Sequence[Search], run: Callable[[list[tuple[int, float]]], list[Trial]]
 ) -> list[Bracket]:
-    """Advance many searches together until each is over.
+    """Advance many searches together until each is over; return what each found.
 
-    Parameters
-    ----------
-    searches : sequence of n Search
-    run : callable
-        Gets all that the searches want at once, as (position of the search, offset), and returns
-        one `Trial` for each, in that order.
-
-    Returns
-    -------
-    list of n Bracket
+    All that the searches want at once goes to `run` as (position of the search, offset), which
+    returns one `Trial` for each, in that order.
     """
     active = dict(enumerate(searches))
     while active:

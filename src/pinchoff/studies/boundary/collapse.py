@@ -13,28 +13,15 @@ if TYPE_CHECKING:
 
 
 class Spread(NamedTuple):
-    """How well the critical symmetries of several line tensions agree at equal μ̃/γ̃.
+    """How well the critical symmetries of several line tensions agree at equal μ̃/γ̃."""
 
-    Attributes
-    ----------
-    typical, largest : float
-        Relative distance from the mean over the line tensions: root mean square, and greatest.
-    bracket : float
-        Half the widest bracket, relative to its S_c: no agreement can be seen beyond that.
-    """
-
-    typical: float
-    largest: float
-    bracket: float
+    typical: float  # root mean square of the relative distances from the mean over line tensions
+    largest: float  # of them
+    bracket: float  # half the widest, relative to its S_c: no agreement can be seen beyond that
 
 
 def collapse_spread(rows: pd.DataFrame) -> Spread:
-    """Measure how well S_c(μ̃/γ̃) is one curve.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        `Boundary.found`, with several line tensions at equal simulation capillary numbers.
+    """Measure how well S_c(μ̃/γ̃) is one curve, in rows of `Boundary.found`.
 
     Raises
     ------

@@ -13,14 +13,7 @@ if TYPE_CHECKING:
 
 
 def boundary_report(line: Boundary, seconds: float) -> tuple[dict[str, Any], LineFit | None]:
-    """Return the content of fit.json, and the line if there is one.
-
-    Parameters
-    ----------
-    line : Boundary
-    seconds : float
-        That it took.
-    """
+    """Return the content of fit.json, and the line if there is one; it took so many seconds."""
     from pinchoff import __version__
 
     report: dict[str, Any] = {

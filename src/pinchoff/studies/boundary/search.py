@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from pinchoff.model.batch import CHUNK_SIZE, run_batch
-from pinchoff.model.parameters import Parameters
-from pinchoff.model.simulation import Flow, require_flow, thread_count
+from pinchoff.model.flow import Flow
+from pinchoff.model.parameters import Parameters, require_parameters
+from pinchoff.model.run_table import CHUNK_SIZE, run_batch
+from pinchoff.model.simulation import require_flow, thread_count
 from pinchoff.studies.boundary.bracketing import Search, Trial, run_searches
 from pinchoff.studies.boundary.line_fit import LineFit, fit_line
 from pinchoff.studies.boundary.table import COLUMNS, boundary_table, write_table
@@ -121,9 +122,9 @@ class Boundary(Drawable):
         rows = self.found
         # whether Ca is made with that speed already
         own = rows.get("ca_speed", rows["contact_speed"]).eq("contact")
-        factor = rows["contact_speed"].where(~own, 1.0) if speed == "contact" else 1.0
-        if speed == "flow":
-            factor = (1.0 / rows["contact_speed"]).where(own, 1.0)
+        contact_speed = rows["contact_speed"]
+        to_contact, to_flow = contact_speed.where(~own, 1.0), (1.0 / contact_speed).where(own, 1.0)
+        factor = to_contact if speed == "contact" else to_flow
         return fit_line(
             rows["capillary_number"] * rows["normalized_thickness"] * factor,
             rows["normalized_area"],
@@ -217,7 +218,7 @@ def boundary(
         brackets = run_searches(searches, runner)
     runs = runner.table()
     found = Boundary(boundary_table(points, varied, brackets, runs), runs, base, varied)
-    _warn_of_failures(len(found.failures), len(runs))
+    _warn_of_failures(found)
     return found
 
 
@@ -279,11 +280,10 @@ def _without_outcome(outcome: Any, symmetry: Any) -> Any:
 
 
 def _points(
-    base: object, vary: Mapping[str, Iterable[Any]]
+    base: Parameters, vary: Mapping[str, Iterable[Any]]
 ) -> tuple[list[Parameters], tuple[str, ...]]:
     """Return the grid of points, and the names that vary."""
-    if not isinstance(base, Parameters):
-        raise InputError.of("base", "a Parameters", base, "build it with pinchoff.Parameters(...)")
+    require_parameters("base", base)
     if not isinstance(vary, Mapping):
         raise InputError.of("vary", "a mapping of names to values", vary, 'as {"size_ratio": [4]}')
     values = {name: _values(name, given) for name, given in vary.items()}
@@ -327,11 +327,14 @@ def _reach(point: Parameters) -> float:
     return _WIDENING * touching * forward(touching) / forward(point.start_distance)
 
 
-def _warn_of_failures(failed: int, total: int) -> None:
-    if failed:
+def _warn_of_failures(found: Boundary) -> None:
+    """Warn of runs that count as neither broken nor not, point by point."""
+    for point, failures in found.failures.groupby("point"):
+        low, high = failures["offset"].min(), failures["offset"].max()
+        runs = (found.runs["point"] == point).sum()
         warnings.warn(
-            f"{failed} of {total} runs have no outcome and count as neither broken nor not; "
-            "Boundary.failures lists them",
+            f"{len(failures)} of {runs} runs of point {point} have no outcome, at offsets "
+            f"from {low:.5f} to {high:.5f} D0; the first: {failures['reject_reason'].iloc[0]}",
             RuntimeWarning,
             stacklevel=3,
         )

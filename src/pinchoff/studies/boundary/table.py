@@ -77,14 +77,7 @@ def boundary_table(
 ) -> pd.DataFrame:
     """Return one row per point, with `COLUMNS` and the units in ``attrs["units"]``.
 
-    Parameters
-    ----------
-    points : sequence of n Parameters
-    varied : sequence of str
-        Names of parameters; those that are no column yet become one.
-    brackets : sequence of n Bracket
-    runs : DataFrame
-        What was run for them, with the column ``point``.
+    Varied parameters that are no column yet become one; `runs` has the column ``point``.
     """
     import pandas as pd
 
@@ -94,7 +87,7 @@ def boundary_table(
     captured = (runs["outcome"] == "captured").groupby(runs["point"]).sum()
     rows = []
     for k, (point, bracket) in enumerate(zip(points, brackets, strict=True)):
-        row = {"point": k, **{name: getattr(point, name) for name in [*_POINT_COLUMNS, *further]}}
+        row = {"point": k, **{name: _value(point, name) for name in [*_POINT_COLUMNS, *further]}}
         row |= _bracket_columns(k, bracket, speeds)
         if point.ca_speed == "contact":
             row["capillary_number"] *= row["contact_speed"]
@@ -107,6 +100,11 @@ def boundary_table(
     table = pd.DataFrame(rows, columns=names)
     table.attrs["units"] = {name: _column(name).unit for name in names}
     return table
+
+
+def _value(point: Parameters, name: str) -> Any:
+    """Return what stands in a column: for "auto" the time step that runs take."""
+    return point.effective_time_step if name == "time_step" else getattr(point, name)
 
 
 def _bracket_columns(
@@ -143,4 +141,4 @@ def write_table(table: pd.DataFrame, path: Path) -> None:
 
 
 def _column(name: str) -> Column:
-    return COLUMNS[name] if name in COLUMNS else PARAMETERS[name].as_column()
+    return COLUMNS[name] if name in COLUMNS else PARAMETERS[name].as_column()._replace(name=name)

@@ -52,20 +52,11 @@ class Conversion:
 def head_on_onset(
     parameters: Parameters, *, threads: int | None = None
 ) -> tuple[float, float] | None:
-    """Return a bracket of the Ca_sim at which head-on droplets begin to break.
+    """Return a bracket of the Ca_sim at which head-on droplets begin to break, or None.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The model; its offset, Ca_sim and time limit do not matter.
-    threads : int, optional
-        As of `pinchoff.simulate_many`.
-
-    Returns
-    -------
-    (float, float) or None
-        Largest Ca_sim that does not break, and smallest that does, 0.2 % apart; the first such
-        pair from below. None where there is none from 1 to 1000.
+    It is the largest Ca_sim that does not break and the smallest that does, 0.2 % apart, the first
+    such pair from below; None where there is none from 1 to 1000. Offset, Ca_sim and time limit of
+    the parameters do not matter.
     """
     limit = max(parameters.time_limit, _LATEST)
     model = parameters.replace(offset=_OFFSET, follow_daughters=False, time_limit=limit, scale=None)
@@ -97,22 +88,10 @@ def _first_that_breaks(model: Parameters, values: NDArray[np.float64], threads: 
 def match_onset(
     target: Target, parameters: Parameters, *, threads: int | None = None
 ) -> Conversion | None:
-    """Return the conversion that puts the simulated onset on that of the target.
+    """Return the c that puts the simulated onset on that of the target; None without either.
 
     The onset is found with the model's number of vertices and with twice as many, because no other
     constant of the numerics changes it as much as N_v.
-
-    Parameters
-    ----------
-    target : LineTarget or CollisionsTarget
-    parameters : Parameters
-    threads : int, optional
-        As of `pinchoff.simulate_many`.
-
-    Returns
-    -------
-    Conversion or None
-        None where target or simulation have no onset.
     """
     aim = target.onset()
     if aim is None:

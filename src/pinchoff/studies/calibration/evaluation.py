@@ -9,8 +9,8 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,7 @@ from pinchoff.studies.calibration.targets import Floats, Target
 from pinchoff.support.errors import InputError, PinchoffError
 from pinchoff.support.files import write_text
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
-from pinchoff.support.records import Shape, parsed_record
+from pinchoff.support.records import Shape, jsonable, parsed_record
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,17 +70,8 @@ class Evaluation:
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as it is written: NaN as None."""
-        critical = [
-            None if math.isnan(symmetry) else symmetry for symmetry in self.critical_symmetry
-        ]
-        return {
-            "changes": dict(self.changes),
-            "objective": self.objective,
-            "critical_symmetry": critical,
-            "status": list(self.status),
-            "runs": self.runs,
-            "failed_runs": self.failed_runs,
-        }
+        content: dict[str, Any] = jsonable(asdict(self))
+        return content
 
 
 def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
@@ -107,23 +98,10 @@ def critical_symmetry_of(runs: pd.DataFrame, neck_thickness: float) -> float:
 
 
 class Evaluator:
-    """Evaluates constants, and remembers what it evaluated.
+    """Evaluates constants at places x = Ca Ã z̃, and remembers what it evaluated.
 
-    Parameters
-    ----------
-    target : Target
-    base : Parameters
-        The constants that are not changed; its size is the target's.
-    control : ndarray, shape (n,)
-        Places x = Ca Ã z̃, ascending.
-    width, scan, threads
-        As of `pinchoff.boundary`.
-    settings : mapping
-        What all evaluations of a file must agree in.
-    path : Path, optional
-        The file. An existing one is read.
-    on_evaluation : callable, optional
-        Called with the number of evaluations asked for so far.
+    Its file holds evaluations of one and the same settings; an existing one is read.
+    `on_evaluation`, where it is given, is called with the number of evaluations asked for so far.
 
     Raises
     ------
@@ -136,23 +114,19 @@ class Evaluator:
         target: Target,
         base: Parameters,
         control: Floats,
-        *,
-        width: float,
-        scan: int,
-        threads: int | None,
         settings: Mapping[str, Any],
-        path: Path | None = None,
+        path: Path | None,
+        **options: Any,
     ) -> None:
         self._target = target
         self._base = base
         self._control = control
-        self._options: dict[str, Any] = {"width": width, "scan": scan, "threads": threads}
+        self._options: dict[str, Any] = options
         self._path = path
         self._lines = [_line(settings)]
         self._known: dict[str, Evaluation] = {}
         self.on_evaluation: Callable[[int], object] | None = None
         self.asked = 0
-        self.computed = 0
         if path is not None and path.exists():
             self._take_up(path)
 
@@ -162,19 +136,15 @@ class Evaluator:
         key = _key(changes)
         if key not in self._known:
             self._known[key] = evaluation = self._evaluate(changes)
-            self.computed += 1
             self._lines.append(_line(evaluation.to_dict()))
             self._save()
         if self.on_evaluation is not None:
             self.on_evaluation(self.asked)
         return self._known[key]
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[Evaluation]:
         """Give every evaluation, in the order in which they were made."""
         return iter(self._known.values())
-
-    def __len__(self) -> int:
-        return len(self._known)
 
     def parameters(self, changes: Mapping[str, float]) -> Parameters:
         """Return the model with some constants changed; `CONVERSION` is none of them."""
@@ -215,10 +185,8 @@ class Evaluator:
             raise InputError.of(str(path), _RULE, str(error), _ADVICE) from None
         if not lines or lines[0] != self._lines[0]:
             difference = _difference(lines[0] if lines else "{}", self._lines[0])
-            advice = "give the earlier settings, or choose another folder"
-            raise InputError.of(
-                str(path), "evaluations of the same calibration", difference, advice
-            )
+            rule, advice = "evaluations of the same calibration", "give the earlier settings, or "
+            raise InputError.of(str(path), rule, difference, advice + "choose another folder")
         evaluations = [
             _evaluation(line, f"{path}, line {number}", self._control.size)
             for number, line in enumerate(lines[1:], start=2)
@@ -261,13 +229,10 @@ def _evaluation(line: str, place: str, count: int) -> Evaluation:
     content = parsed_record(line, place, _Line, _RULE, _ADVICE)
     if not len(content["critical_symmetry"]) == len(content["status"]) == count:
         raise InputError.of(place, f"an evaluation at {count} places", "others", _ADVICE)
-    critical = [
-        math.nan if symmetry is None else symmetry for symmetry in content["critical_symmetry"]
-    ]
     return Evaluation(
         content["changes"],
         content["objective"],
-        np.array(critical, dtype=np.float64),
+        np.array(content["critical_symmetry"], dtype=np.float64),  # None is NaN
         tuple(content["status"]),
         content["runs"],
         content["failed_runs"],

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pinchoff.model.parameters import Parameters
+from pinchoff.model.parameters import Parameters, require_parameters
 from pinchoff.model.simulation import thread_count
 from pinchoff.studies.calibration.conversions import Conversion, match_onset
 from pinchoff.studies.calibration.evaluation import Evaluation, Evaluator
@@ -31,7 +31,6 @@ from pinchoff.studies.calibration.sensitivity import (
 from pinchoff.studies.calibration.targets import Floats, Target, as_target
 from pinchoff.support.arguments import checked_whole
 from pinchoff.support.drawing import Drawable
-from pinchoff.support.errors import InputError
 from pinchoff.support.locks import held_folder
 from pinchoff.support.progress import progress_bar, wanted_progress
 
@@ -212,11 +211,11 @@ def calibrate(
             aim,
             model,
             control,
+            _settings(aim, model, bounds, points, width, scan),
+            None if out is None else Path(out) / LOG,
             width=width,
             scan=scan,
             threads=thread_count(threads),
-            settings=_settings(aim, model, bounds, points, width, scan),
-            path=None if out is None else Path(out) / LOG,
         )
         found = _explored(evaluator, bounds, model, evaluations, grid, wanted_progress(progress))
     parameters = evaluator.parameters(found["best"].changes)
@@ -282,10 +281,9 @@ def _search(
     return min(found, key=lambda evaluation: evaluation.objective), bool(result.success)
 
 
-def _base(target: Target, base: object) -> Parameters:
+def _base(target: Target, base: Parameters | None) -> Parameters:
     model = Parameters() if base is None else base
-    if not isinstance(model, Parameters):
-        raise InputError.of("base", "a Parameters", base, "build it with pinchoff.Parameters(...)")
+    require_parameters("base", model)
     changes = {} if target.size_ratio is None else {"size_ratio": target.size_ratio}
     return model.replace(offset=0.0, follow_daughters=False, scale=None, **changes)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
@@ -11,7 +10,7 @@ import numpy as np
 from pinchoff.model.parameters import FRONT, SPRINGS, Parameters
 from pinchoff.studies.calibration.evaluation import CONVERSION
 from pinchoff.studies.calibration.sensitivity import has_meaning
-from pinchoff.studies.calibration.targets import Floats
+from pinchoff.studies.calibration.targets import Floats, checked_ends
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 from pinchoff.support.paper_constants import CA_PER_CA_SIM
@@ -56,7 +55,9 @@ def bounds_of(free: object, model: Parameters) -> Bounds:
             advice = "choose neck_separation, neck_thickness or conversion"
             rule = f"a constant of the {model.model} model"
             raise InputError.of("free", rule, repr(name), advice)
-        bounds[name] = _ends(name, _default_bounds(name, model) if ends is None else ends)
+        given_ends = _default_bounds(name, model) if ends is None else ends
+        advice = "write them as (low, high)"
+        bounds[name] = checked_ends(f"free[{name!r}]", given_ends, "bounds", advice)
         _require_inside(name, bounds[name], model)
     return bounds
 
@@ -64,17 +65,6 @@ def bounds_of(free: object, model: Parameters) -> Bounds:
 def _default_bounds(name: str, model: Parameters) -> tuple[float, float]:
     diameters = name == "neck_separation" and model.neck_separation_unit == "diameter"
     return _IN_DIAMETERS if diameters else FREE[name]
-
-
-def _ends(name: str, ends: Any) -> tuple[float, float]:
-    try:
-        low, high = (float(end) for end in ends)
-    except (TypeError, ValueError):
-        low, high = math.nan, math.nan
-    if not (0 < low < high < math.inf):
-        rule = "two positive, finite bounds, the lower one first"
-        raise InputError.of(f"free[{name!r}]", rule, ends, "write them as (low, high)")
-    return low, high
 
 
 def _require_inside(name: str, ends: tuple[float, float], model: Parameters) -> None:

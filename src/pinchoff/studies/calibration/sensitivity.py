@@ -64,17 +64,9 @@ def has_meaning(names: Iterable[str], model: Parameters) -> bool:
 def landscape(
     evaluator: Evaluator, best: Evaluation, names: tuple[str, str], grid: tuple[Floats, Floats]
 ) -> Landscape:
-    """Evaluate the objective over a grid of two constants.
+    """Evaluate the objective over a grid of two constants, the others as in the best set.
 
-    Parameters
-    ----------
-    evaluator : Evaluator
-    best : Evaluation
-        Gives the other constants.
-    names : (str, str)
-        Constants along x and y.
-    grid : (ndarray, ndarray)
-        Their values, shapes (nx,) and (ny,).
+    The grid is their values, shapes (nx,) and (ny,).
     """
     x, y = grid
 

@@ -22,7 +22,7 @@ from pinchoff.fits.form import Form
 from pinchoff.fits.intervals import inverse_curvature, normal_quantile
 from pinchoff.fits.likelihood import LogisticLikelihood, maximum
 from pinchoff.fits.rows import Rows, rows_of
-from pinchoff.support.arguments import checked_number
+from pinchoff.support.arguments import checked_number, checked_positive, finite_or_nan
 from pinchoff.support.checked import unknown_name
 from pinchoff.support.errors import InputError
 
@@ -36,6 +36,18 @@ PAPER_RANGE = (0.04, 0.2)
 
 _FEWEST_ROWS = 20
 _WIDTHS = (0.005, 1.0)  # narrowest and widest transition, in ln S
+
+
+def checked_ends(argument: str, ends: Any, what: str, advice: str) -> tuple[float, float]:
+    """Return the two ends of a range as numbers; `what` they are completes the rule."""
+    try:
+        low, high = map(finite_or_nan, ends)
+    except (TypeError, ValueError):
+        low, high = math.nan, math.nan
+    if not 0 < low < high:
+        rule = f"two positive, finite {what}, the lower one first"
+        raise InputError.of(argument, rule, ends, advice)
+    return low, high
 
 
 @dataclass(frozen=True)
@@ -72,14 +84,9 @@ class LineTarget:
     def __post_init__(self) -> None:
         checked_number("alpha", self.alpha, "use 0.089", low=1e-6, high=1e3)
         checked_number("beta", self.beta, "use -0.72", low=-10, high=-1e-3)
-        try:
-            low, high = self.control_range
-        except (TypeError, ValueError):
-            low, high = math.nan, math.nan
-        if not (0 < low < high < math.inf):
-            rule = "two positive, finite numbers, the lower one first"
-            advice = "use (0.04, 0.2)"
-            raise InputError.of("control_range", rule, self.control_range, advice)
+        checked_ends("control_range", self.control_range, "numbers", "use (0.04, 0.2)")
+        if self.size_ratio is not None:
+            checked_positive("size_ratio", self.size_ratio, "give D0/R, or leave it out")
 
     def symmetry(self, control: Floats) -> Floats:
         """Return S_c on the line at x, shape (n,)."""
@@ -241,13 +248,7 @@ PRESETS: Mapping[str, LineTarget] = {
 
 
 def as_target(target: object) -> Target:
-    """Make a target from a name, a line, a file or a table.
-
-    Parameters
-    ----------
-    target : str, path-like, DataFrame, ImportedCollisions, Line, LineTarget or CollisionsTarget
-        A name in `PRESETS`; a file of collisions, or the table itself, as `pinchoff.fit_law` takes
-        them; a line.
+    """Make a target of a name in `PRESETS`, a line, or collisions as `pinchoff.fit_law` takes them.
 
     Raises
     ------

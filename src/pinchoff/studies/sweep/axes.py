@@ -77,20 +77,10 @@ Axis = Levels | Range
 def read_axis(
     name: str, given: object, *, sampled: bool, whole: bool, read: Reader | None = None
 ) -> Axis:
-    """Read what a configuration says about one varied parameter.
+    """Read what a configuration says about one varied parameter: a list, or a range as a table.
 
-    Parameters
-    ----------
-    name : str
-        The parameter.
-    given : object
-        A sequence of values, or a mapping with ``min``, ``max``, ``count`` and ``scale``.
-    sampled : bool
-        Whether a sample draws from it: a range then has no count.
-    whole : bool
-        Whether the parameter is a whole number: the values of a range are rounded.
-    read : callable, optional
-        Reads a physical quantity as a number.
+    The range of a sample has no count. Where the parameter is whole, the values of a range are
+    rounded; `read` reads a physical quantity as a number.
 
     Raises
     ------

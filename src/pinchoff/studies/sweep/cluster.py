@@ -57,15 +57,7 @@ def on_cluster(
     client: Client,
     show: Show | None,
 ) -> Generator[Part, None, None]:
-    """Compute parts on a cluster, and yield them as they arrive.
-
-    Raises
-    ------
-    InputError
-        The cluster has no workers, or they have another version of the package.
-    PinchoffError
-        The scheduler was lost, or a part took one worker after the other with it.
-    """
+    """Compute parts on a cluster, and yield them as they arrive; raises as `computed_on`."""
     done = 0
     given = ((design, part, dataset.rows_of(part)) for part in missing)
     with closing(computed_on(client, _compute_part, given)) as parts:
@@ -81,16 +73,9 @@ def computed_on(
 ) -> Generator[Result, None, None]:
     """Call a function on a cluster, and yield what it returns as it arrives.
 
-    Only a few tasks per thread wait on the cluster at any time, and what it returned stays in no
+    The function stands in a module of this package; `given` holds the arguments of each call. Only
+    a few tasks per thread wait on the cluster at any time, and what a call returned stays in no
     memory once it has been yielded. The tasks of a worker that dies are computed anew by another.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    compute : callable
-        Of a module of this package.
-    given : iterable of tuple
-        The arguments of each call.
 
     Raises
     ------

@@ -18,13 +18,14 @@ import pyarrow.parquet as pq
 from pydantic import PositiveInt
 
 from pinchoff.collisions.checksums import (
+    CHECKSUMS,
     is_whole,
     record_checksum,
     recorded_checksums,
     settle_checksums,
 )
 from pinchoff.studies.sweep.design import SweepDesign
-from pinchoff.support.errors import InputError, PinchoffError, is_full, refused_by_system
+from pinchoff.support.errors import InputError, PinchoffError, refused_by_system
 from pinchoff.support.files import written_aside
 from pinchoff.support.locks import held_folder
 from pinchoff.support.records import Shape, read_record, write_json
@@ -47,16 +48,7 @@ class _Manifest(Shape):
 
 @dataclass(frozen=True)
 class SweepDataset:
-    """The folder of one sweep.
-
-    Attributes
-    ----------
-    path : Path
-    count : int
-        Rows of the finished sweep.
-    part_size : int
-        Rows of every part but perhaps the last.
-    """
+    """The folder of one sweep: `count` rows in the end, `part_size` in each part but the last."""
 
     path: Path
     count: int
@@ -73,13 +65,7 @@ class SweepDataset:
         return range(start, min(start + self.part_size, self.count))
 
     def missing_parts(self) -> list[int]:
-        """Return the parts that are not there; what was damaged from outside is set aside.
-
-        Warns
-        -----
-        UserWarning
-            A part was set aside; says which.
-        """
+        """Return the parts that are not there; warn of what was damaged and is set aside."""
         checksums = recorded_checksums(self.path)
         missing = []
         for part in range(self.part_count):
@@ -94,13 +80,7 @@ class SweepDataset:
         return missing
 
     def write(self, part: int, content: bytes) -> None:
-        """Write a part so that it appears at once, complete.
-
-        Raises
-        ------
-        PinchoffError
-            It cannot be written, for instance because the disk is full.
-        """
+        """Write a part so that it appears at once, complete; a full disk is a `PinchoffError`."""
         path = self._part_path(part)
         try:
             with written_aside(path, suffix=".unfinished") as unfinished:
@@ -124,9 +104,9 @@ class SweepDataset:
         path = self._part_path(part)
         if checksums is not None:
             return is_whole(path, checksums)
-        try:  # begun by a release that kept no checksums
+        try:  # the file of checksums is gone
             return bool(pq.read_metadata(path).num_rows == len(self.rows_of(part)))
-        except (OSError, pa.ArrowException):  # for instance cut short when the power failed
+        except (OSError, pa.ArrowException):
             return False
 
 
@@ -136,13 +116,7 @@ def part_size_of(count: int) -> int:
 
 
 def read_manifest(path: Path) -> dict[str, Any] | None:
-    """Return the manifest in a folder, or None where there is none.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
+    """Return the manifest in a folder, or None where there is none; refuse one that is damaged."""
     place = path / MANIFEST
     try:
         if not place.exists():
@@ -166,8 +140,10 @@ def opened(path: Path, design: SweepDesign) -> Iterator[SweepDataset]:
         if manifest is None:
             _require_empty(path)
             manifest = manifest_of(design)
-            with _writable(path):
+            try:
                 write_json(path / MANIFEST, manifest)
+            except OSError as error:
+                raise refused_by_system(error) from error
         require_same(manifest, design, path)
         yield SweepDataset(path, manifest["count"], manifest["part_size"])
 
@@ -188,13 +164,7 @@ def manifest_of(design: SweepDesign) -> dict[str, Any]:
 
 
 def require_same(manifest: Mapping[str, Any], design: SweepDesign, path: Path) -> None:
-    """Refuse to go on with a sweep that was begun with something else.
-
-    Raises
-    ------
-    InputError
-        The version, the configuration or the sample differs; says what.
-    """
+    """Refuse to go on with a sweep of another version, configuration or sample; say which."""
     from pinchoff import __version__
 
     version = manifest["pinchoff_version"]
@@ -260,19 +230,8 @@ def _require_empty(path: Path) -> None:
         raise InputError.of("out", rule, got, _ELSEWHERE)
 
 
-@contextmanager
-def _writable(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        if is_full(error):
-            raise refused_by_system(error) from error
-        got = f"{path} ({error.strerror})"
-        raise InputError.of("out", "a folder that can be written to", got, _ELSEWHERE) from error
-
-
 def remove_sweep(path: Path) -> None:
-    """Remove a sweep's manifest and parts from a folder, and nothing else."""
-    (path / MANIFEST).unlink(missing_ok=True)
-    for part in path.glob("part-*.parquet"):
-        part.unlink()
+    """Remove a sweep from a folder, its manifest last, and nothing else."""
+    for files in ("part-*.parquet", "_damaged-part-*.parquet", CHECKSUMS, MANIFEST):
+        for file in path.glob(files):
+            file.unlink()

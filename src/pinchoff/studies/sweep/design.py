@@ -266,9 +266,6 @@ def _physical_magnitudes(
     for name in given:
         if name in vary:
             raise InputError.of(f"physical.{name}", "left out when varied", given[name], "drop it")
-        if name not in PHYSICAL_NAMES:
-            rule = "the name of a physical quantity"
-            raise unknown_name(f"physical.{name}", rule, name, PHYSICAL_NAMES)
     try:
         return physical_magnitudes(given, vary)
     except InputError as error:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from pinchoff.collisions.parquet import parquet_bytes
 from pinchoff.collisions.schema import COLUMNS
-from pinchoff.model.batch import run_batch, varied_columns
+from pinchoff.model.run_table import run_batch, varied_columns
 from pinchoff.studies.sweep.design import SweepDesign
 from pinchoff.support.progress import Show
 
@@ -23,16 +23,9 @@ class Part(NamedTuple):
 def compute_parts(
     design: SweepDesign, ranges: Mapping[int, range], threads: int, show: Show | None = None
 ) -> list[Part]:
-    """Run some parts, together.
+    """Run some parts together; `ranges` holds the numbers of the points of each.
 
-    Parameters
-    ----------
-    design : SweepDesign
-    ranges : mapping of int to range
-        The numbers of the points of each part.
-    threads : int
-    show : callable, optional
-        Called with the number of runs that are done.
+    `show` is called with the number of runs that are done.
     """
     points = [p for rows in ranges.values() for p in design.points(rows.start, rows.stop)]
     ids = [number for rows in ranges.values() for number in rows]

@@ -14,26 +14,10 @@ KINDS = ("sobol", "latin-hypercube", "random")
 def unit_points(
     kind: str, dimensions: int, samples: int, seed: int, start: int, stop: int
 ) -> NDArray[np.float64]:
-    """Return some points of a sample of the unit cube.
+    """Return some points of a sample of the unit cube, shape (stop - start, dimensions).
 
-    A point depends on its number alone, not on which others are asked for. Only the Latin
-    hypercube, whose points know of each other, is drawn and held whole, as numbers.
-
-    Parameters
-    ----------
-    kind : str
-        One of `KINDS`: a scrambled Sobol sequence, a Latin hypercube or independent points.
-    dimensions, samples : int
-        Size of the whole sample.
-    seed : int
-        Equal seeds give equal samples.
-    start, stop : int
-        The points asked for, from 0.
-
-    Returns
-    -------
-    ndarray, shape (stop - start, dimensions)
-        In [0, 1).
+    A point depends on its number and on the size and seed of the sample, not on which others are
+    asked for. Only the Latin hypercube, whose points know of each other, is drawn and held whole.
     """
     if kind == "sobol":
         return _sobol(dimensions, seed, start, stop)

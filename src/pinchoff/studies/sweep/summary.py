@@ -37,23 +37,12 @@ class ColumnRange(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Accepted collisions in the plane of the break-up law.
+    """Accepted collisions in the plane of the break-up law, or a sample of them."""
 
-    Attributes
-    ----------
-    forcing : ndarray, shape (n,)
-        Ca Ã z̃, dimensionless.
-    symmetry : ndarray, shape (n,)
-        S at first contact.
-    broke : ndarray of bool, shape (n,)
-    population : int
-        How many there are; n is smaller if these are a sample.
-    """
-
-    forcing: NDArray[np.float64]
-    symmetry: NDArray[np.float64]
+    forcing: NDArray[np.float64]  # Ca Ã z̃
+    symmetry: NDArray[np.float64]  # S at first contact
     broke: NDArray[np.bool_]
-    population: int
+    population: int  # how many there are
 
 
 @dataclass

@@ -8,9 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from pinchoff.support.errors import InputError
-from pinchoff.video.formats.source import CHOICE, Source
+from pinchoff.video.formats.source import CHOICE, IMAGE_SUFFIXES, Source
 
-IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
 STACK_SUFFIXES = (".tif", ".tiff", ".btf", ".tf8", ".tf2")
 VIDEO_SUFFIXES = (
     *(".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv", ".mts", ".m2ts"),
@@ -68,12 +67,10 @@ def opened(path: Path, channel: str | None = None) -> Source:
     if suffix in _REFUSED:
         name, advice = _REFUSED[suffix]
         raise InputError.of(str(path), "of a format that is read here", f"a {name}", advice)
-    if path.is_dir():
-        return folders.PictureFolder(path, channel)
-    if suffix in STACK_SUFFIXES:
+    if suffix in STACK_SUFFIXES and not path.is_dir():
         return tiff.TiffStack(path, channel)
-    if suffix in IMAGE_SUFFIXES:
-        return folders.PictureFile(path, channel)
+    if suffix in IMAGE_SUFFIXES or path.is_dir():
+        return folders.PictureFolder(path, channel)
     if suffix == ".nd2":
         return microscopes.NikonFile(path, channel)
     if suffix == ".czi":

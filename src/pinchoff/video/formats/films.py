@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from pinchoff.support.errors import InputError
 from pinchoff.video.formats.source import (
     CHOICE,
-    COLOURS,
     About,
+    Channels,
     Picture,
     Pixels,
     Planes,
     Problems,
-    channel_index,
     checked_size,
 )
 from pinchoff.video.writing import require_video_extra
@@ -37,11 +36,6 @@ class Film:
     path : Path
     channel : str, optional
         "red", "green" or "blue".
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
     """
 
     def __init__(self, path: Path, channel: str | None = None) -> None:
@@ -57,14 +51,12 @@ class Film:
             grey = str(stream.codec_context.pix_fmt or "").startswith(("gray", "mono"))
             count = stream.frames or None
             turn, notes = self._turn(container)
-        if abs(turn[0, 0]) < abs(turn[0, 1]):
+        if not turn[0, 0]:
             width, height = height, width
         self._turned = turn
-        colours = () if grey else COLOURS
-        self._channel = channel_index(channel, colours, path)
-        self.about = About(
-            width, height, count, rate if timed else None, None, timed, colours, notes
-        )
+        self._channels = Channels(path, channel, colour=not grey)
+        rate, names = rate if timed else None, self._channels.names
+        self.about = About(width, height, count, rate, None, timed, names, notes)
 
     def _opened(self) -> Any:
         try:
@@ -90,7 +82,7 @@ class Film:
         if matrix is None:
             return upright, ()
         turn = np.rint(matrix / max(float(np.abs(matrix).max()), 1e-9))
-        square = np.array_equal(np.abs(turn).sum(axis=0), [1, 1])
+        square = np.array_equal(turn @ turn.T, upright)
         if not square or np.abs(turn - matrix).max() > _SLANT:
             return upright, ("the film is to be shown at a slant, which is left out",)
         return turn, ()
@@ -143,31 +135,19 @@ class Film:
             return self._upright(picture.to_ndarray(format="gray"))
         deep = "16" in name or picture.format.components[0].bits > 8
         if deep and name.startswith(_DEEP_COLOUR):
-            return self._one(self._upright(picture.to_ndarray(format="rgb48le")))
-        if self._channel is not None:
-            return self._one(self._upright(picture.to_ndarray(format="rgb24")))
+            return self._channels.of(self._upright(picture.to_ndarray(format="rgb48le")))
+        if self._channels.colour is not None:
+            return self._channels.of(self._upright(picture.to_ndarray(format="rgb24")))
         if name not in _PLANAR:
             picture = picture.reformat(format="yuv420p")
         luma, *chroma = (self._upright(_plane(plane)) for plane in picture.planes)
         return Planes(luma, np.stack(chroma))
 
-    def _one(self, image: NDArray[Any]) -> NDArray[Any]:
-        return image if self._channel is None else image[:, :, self._channel]
-
     def _upright(self, image: NDArray[Any]) -> NDArray[Any]:
-        (a, b), (c, d) = self._turned
-        if abs(a) < abs(b):  # the stored x is shown along y
-            image = np.swapaxes(image, 0, 1)
-            if b < 0:
-                image = image[::-1]
-            if c < 0:
-                image = image[:, ::-1]
-            return np.ascontiguousarray(image)
-        if a < 0:
-            image = image[:, ::-1]
-        if d < 0:
-            image = image[::-1]
-        return np.ascontiguousarray(image)
+        (across, b), (c, down) = self._turned
+        if not across:  # the stored x is shown along y
+            image, across, down = np.swapaxes(image, 0, 1), c, b
+        return np.ascontiguousarray(image[:: int(down), :: int(across)])
 
 
 def _display_matrix(picture: Any) -> NDArray[np.float64] | None:

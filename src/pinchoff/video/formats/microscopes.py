@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +16,11 @@ from pinchoff.support.errors import InputError
 from pinchoff.video.formats.source import (
     CHOICE,
     COLOURS,
-    SPARSE,
     About,
-    Picture,
-    Problems,
-    channel_index,
+    Channels,
+    Stack,
     checked_size,
-    named,
+    positive,
     reason_of,
 )
 
@@ -28,8 +28,6 @@ _ADVICE = "save one position and one plane of it in Fiji as TIFF"
 
 
 def _reader(name: str, path: Path) -> Any:
-    import importlib
-
     try:
         return importlib.import_module(name)
     except ImportError:
@@ -38,24 +36,24 @@ def _reader(name: str, path: Path) -> Any:
         raise InputError.of(str(path), rule, "it", advice) from None
 
 
-def _only_time(path: Path, sizes: dict[str, int]) -> None:
-    """Refuse what has more than time, channels and a picture."""
+def _opened(path: Path, reader: Callable[[str | Path], Any], kind: str) -> Any:
+    try:
+        return reader(path)
+    except Exception as error:  # a damaged file makes the modules fail in any way
+        got = reason_of(error)
+        raise InputError.of(str(path), f"a readable {kind} file", got, CHOICE) from None
+
+
+def _check_sizes(path: Path, sizes: dict[str, int]) -> None:
+    """Refuse what has more than time, channels and a picture, or a picture of an absurd size."""
     more = [axis for axis, size in sizes.items() if size > 1 and axis not in "TCYXS0"]
     if more:
         got = " × ".join(f"{sizes[axis]} along {axis}" for axis in more)
         raise InputError.of(str(path), "frames of one plane in time", got, _ADVICE)
+    checked_size(path, sizes["X"], sizes["Y"])
 
 
-def _channel_notes(names: Sequence[str], channel: int | None) -> tuple[str, ...]:
-    if len(names) < 2 or channel is not None:
-        return ()
-    return (
-        f"it has {len(names)} channels, {named(names)}: the first is measured, "
-        "the setting channel takes another",
-    )
-
-
-class NikonFile:
+class NikonFile(Stack):
     """A film as NIS-Elements writes it, ``.nd2``.
 
     Parameters
@@ -63,65 +61,45 @@ class NikonFile:
     path : Path
     channel : str, optional
         Name or number of one of its channels.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
     """
 
     def __init__(self, path: Path, channel: str | None = None) -> None:
+        super().__init__()
         self._path, self._nd2 = path, _reader("nd2", path)
-        self.problems = Problems()
         with self._opened() as file:
             sizes = dict(file.sizes)
-            _only_time(path, sizes)
-            checked_size(path, sizes["X"], sizes["Y"])
-            several = sizes.get("C", 1) > 1
-            names: tuple[str, ...] = COLOURS if file.is_rgb else ()
-            if several:
-                metadata = getattr(file.metadata, "channels", None) or ()
-                names = tuple(each.channel.name for each in metadata)
-                if len(set(names)) != sizes["C"]:
-                    names = tuple(map(str, range(sizes["C"])))
-            self._several = several
-            self._channel = channel_index(channel, names, path)
-            pixel = float(file.voxel_size().x)
-            notes = _channel_notes(names, self._channel) if several else ()
+            _check_sizes(path, sizes)
+            count = sizes.get("C", 1)
+            names = _nikon_names(file, count) if count > 1 else ()
+            self._several = count > 1
+            self._channels = Channels(path, channel, names, colour=file.is_rgb)
             self.about = About(
-                sizes["X"],
-                sizes["Y"],
-                sizes.get("T", 1),
-                _nikon_rate(file),
-                pixel if pixel > 0.0 else None,
-                False,
-                names,
-                notes,
+                *(sizes["X"], sizes["Y"], sizes.get("T", 1), _nikon_rate(file)),
+                positive(file.voxel_size().x),
+                channels=self._channels.names,
+                notes=self._channels.notes,
             )
 
     def _opened(self) -> Any:
-        try:
-            return self._nd2.ND2File(self._path)
-        except Exception as error:  # a damaged file makes the module fail in any way
-            got = reason_of(error)
-            raise InputError.of(str(self._path), "a readable ND2 file", got, CHOICE) from None
+        return _opened(self._path, self._nd2.ND2File, "ND2")
 
-    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
-        """Read from the start; where `sparse`, pictures spread over the clip."""
-        self.problems.clear()
-        count = self.about.count or 1
+    @contextmanager
+    def _reading(self) -> Iterator[Callable[[int], NDArray[Any]]]:
         with self._opened() as file:
-            for number in range(0, count, max(1, count // SPARSE) if sparse else 1):
-                try:
-                    image = file.read_frame(number)  # (C, Y, X), (Y, X) or (Y, X, 3)
-                except Exception as error:  # of a damaged frame
-                    self.problems.lost(f"frame {number} ({reason_of(error)})")
-                    continue
-                if self._several:
-                    image = image[self._channel or 0]
-                elif self._channel is not None:
-                    image = image[:, :, self._channel]
-                yield Picture(number, None, np.ascontiguousarray(image))
+
+            def read(number: int) -> NDArray[Any]:
+                image = file.read_frame(number)  # (C, Y, X), (Y, X) or (Y, X, 3)
+                image = image[self._channels.plane] if self._several else image
+                return np.ascontiguousarray(self._channels.of(image))
+
+            yield read
+
+
+def _nikon_names(file: Any, count: int) -> tuple[str, ...]:
+    """Return the names of the channels where each has its own, else their numbers."""
+    metadata = getattr(file.metadata, "channels", None) or ()
+    names = tuple(each.channel.name for each in metadata)
+    return names if len(set(names)) == count else tuple(map(str, range(count)))
 
 
 def _nikon_rate(file: Any) -> float | None:
@@ -129,12 +107,12 @@ def _nikon_rate(file: Any) -> float | None:
     for loop in file.experiment or ():
         if loop.type == "TimeLoop":
             taken = getattr(loop.parameters.periodDiff, "avg", 0.0) or 0.0
-            period = taken or loop.parameters.periodMs
-            return 1e3 / period if period > 0.0 else None
+            period = positive(taken or loop.parameters.periodMs)
+            return None if period is None else 1e3 / period
     return None
 
 
-class ZeissFile:
+class ZeissFile(Stack):
     """A film as ZEN writes it, ``.czi``.
 
     Parameters
@@ -142,75 +120,50 @@ class ZeissFile:
     path : Path
     channel : str, optional
         Number of one of its channels.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
     """
 
     def __init__(self, path: Path, channel: str | None = None) -> None:
+        super().__init__()
         self._path, self._czifile = path, _reader("czifile", path)
-        self.problems = Problems()
         with self._opened() as file:
             sizes = dict(zip(file.axes, file.shape, strict=True))
-            _only_time(path, sizes)
-            checked_size(path, sizes["X"], sizes["Y"])
+            _check_sizes(path, sizes)
             self._colour = sizes.get("0", 1) >= len(COLOURS)
-            names = tuple(map(str, range(sizes.get("C", 1)))) if sizes.get("C", 1) > 1 else ()
-            names = names or (COLOURS if self._colour else ())
-            self._several = sizes.get("C", 1) > 1
-            self._channel = channel_index(channel, names, path)
+            count = sizes.get("C", 1)
+            names = tuple(map(str, range(count))) if count > 1 else ()
+            self._channels = Channels(path, channel, names, colour=self._colour)
             pixel_um, fps = _zeiss_scale(file.metadata())
-            notes = _channel_notes(names, self._channel) if self._several else ()
             self.about = About(
-                sizes["X"], sizes["Y"], sizes.get("T", 1), fps, pixel_um, False, names, notes
+                *(sizes["X"], sizes["Y"], sizes.get("T", 1), fps, pixel_um),
+                channels=self._channels.names,
+                notes=self._channels.notes,
             )
 
     def _opened(self) -> Any:
-        try:
-            return self._czifile.CziFile(str(self._path))
-        except Exception as error:  # a damaged file makes the module fail in any way
-            got = reason_of(error)
-            raise InputError.of(str(self._path), "a readable CZI file", got, CHOICE) from None
+        return _opened(self._path, lambda path: self._czifile.CziFile(str(path)), "CZI")
 
-    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
-        """Read from the start; where `sparse`, pictures spread over the clip."""
-        self.problems.clear()
-        wanted = (self._channel or 0) if self._several else 0
-        count = self.about.count or 1
+    @contextmanager
+    def _reading(self) -> Iterator[Callable[[int], NDArray[Any]]]:
         with self._opened() as file:
-            parts: dict[int, list[Any]] = {}
+            first = dict(zip(file.axes, file.start, strict=True))
+            tiles: dict[int, list[tuple[int, int, Any]]] = {}
             for entry in file.filtered_subblock_directory:
-                place = dict(zip(entry.axes, entry.start, strict=True))
-                start = dict(zip(file.axes, file.start, strict=True))
-                if place.get("C", 0) - start.get("C", 0) == wanted:
-                    parts.setdefault(place.get("T", 0) - start.get("T", 0), []).append(entry)
-            for number in range(0, count, max(1, count // SPARSE) if sparse else 1):
-                try:
-                    image = self._joined(file, parts[number])
-                except Exception as error:  # of a damaged block
-                    self.problems.lost(f"frame {number} ({reason_of(error)})")
-                    continue
-                yield Picture(number, None, image)
+                start = dict(zip(entry.axes, entry.start, strict=True))
+                channel, number, top, left = (start.get(k, 0) - first.get(k, 0) for k in "CTYX")
+                if channel == self._channels.plane:
+                    tiles.setdefault(number, []).append((top, left, entry))
+            yield lambda number: self._joined(file.dtype, tiles[number])
 
-    def _joined(self, file: Any, entries: Sequence[Any]) -> NDArray[Any]:
-        """Return one frame from the tiles that it is stored in."""
-        first = dict(zip(file.axes, file.start, strict=True))
+    def _joined(self, kind: Any, tiles: Sequence[tuple[int, int, Any]]) -> NDArray[Any]:
+        """Return one frame from the tiles that it is stored in: top, left and entry of each."""
         shape = (self.about.height, self.about.width, len(COLOURS))[: 3 if self._colour else 2]
-        image: NDArray[Any] = np.zeros(shape, file.dtype)
-        for entry in entries:
-            place = dict(zip(entry.axes, entry.start, strict=True))
-            tile = entry.data_segment().data()
-            axes = entry.axes
-            keep = tuple(slice(None) if axis in "YX0" else 0 for axis in axes)
-            tile = tile[keep]
+        image: NDArray[Any] = np.zeros(shape, kind)
+        for top, left, entry in tiles:
+            keep = tuple(slice(None) if axis in "YX0" else 0 for axis in entry.axes)
+            tile = entry.data_segment().data()[keep]
             tile = tile[:, :, : len(COLOURS)] if self._colour else tile[:, :, 0]
-            top, left = place["Y"] - first["Y"], place["X"] - first["X"]
             image[top : top + tile.shape[0], left : left + tile.shape[1]] = tile
-        if self._colour and self._channel is not None and not self._several:
-            image = image[:, :, self._channel]
-        return np.ascontiguousarray(image)
+        return np.ascontiguousarray(self._channels.of(image))
 
 
 def _zeiss_scale(metadata: str) -> tuple[float | None, float | None]:
@@ -219,14 +172,6 @@ def _zeiss_scale(metadata: str) -> tuple[float | None, float | None]:
         root = ElementTree.fromstring(metadata)
     except (ElementTree.ParseError, TypeError):
         return None, None
-    size = root.findtext(".//Scaling/Items/Distance[@Id='X']/Value")
-    interval = root.findtext(".//Dimensions/T/Positions/Interval/Increment")
-    values = []
-    for text in (size, interval):
-        try:
-            value = float(text or "")
-        except ValueError:
-            value = 0.0
-        values.append(value if value > 0.0 else None)
-    metres, seconds = values
-    return (None if metres is None else metres * 1e6), (None if seconds is None else 1.0 / seconds)
+    metres = positive(root.findtext(".//Scaling/Items/Distance[@Id='X']/Value"))
+    seconds = positive(root.findtext(".//Dimensions/T/Positions/Interval/Increment"))
+    return metres and metres * 1e6, seconds and 1.0 / seconds

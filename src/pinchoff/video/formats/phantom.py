@@ -9,22 +9,22 @@ from __future__ import annotations
 import dataclasses
 import os
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
+import imagecodecs
 import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.support.errors import InputError
 from pinchoff.video.formats.films import Film
 from pinchoff.video.formats.source import (
-    SPARSE,
     About,
-    Picture,
-    Problems,
+    Channels,
     Source,
-    channel_index,
+    Stack,
     checked_size,
     reason_of,
 )
@@ -70,7 +70,7 @@ def opened_phantom(path: Path, channel: str | None = None) -> Source:
     return film
 
 
-class PhantomFile:
+class PhantomFile(Stack):
     """A grey film of a Phantom camera.
 
     Parameters
@@ -79,31 +79,18 @@ class PhantomFile:
     header : _Header
     channel : str, optional
         Refused: it has one only.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
     """
 
     def __init__(self, path: Path, header: _Header, channel: str | None = None) -> None:
-        channel_index(channel, (), path)
+        super().__init__()
+        Channels(path, channel, colour=False)
         self._path, self._header = path, header
-        self.problems = Problems()
         self.about = About(header.width, header.height, len(header.offsets), header.rate)
 
-    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
-        """Read from the start; where `sparse`, pictures spread over the clip."""
-        self.problems.clear()
-        count = len(self._header.offsets)
+    @contextmanager
+    def _reading(self) -> Iterator[Callable[[int], NDArray[Any]]]:
         with self._path.open("rb") as file:
-            for number in range(0, count, max(1, count // SPARSE) if sparse else 1):
-                try:
-                    image = self._picture(file, self._header.offsets[number])
-                except ValueError as error:
-                    self.problems.lost(f"frame {number} ({reason_of(error)})")
-                    continue
-                yield Picture(number, None, image)
+            yield lambda number: self._picture(file, self._header.offsets[number])
 
     def _picture(self, file: BinaryIO, offset: int) -> NDArray[Any]:
         header = self._header
@@ -117,25 +104,13 @@ class PhantomFile:
             raise ValueError("the file ends within it")
         shape = (header.height, header.width)
         if header.packed:
-            return _unpacked(data, header.bits, header.width * header.height).reshape(shape)
+            packed = imagecodecs.packints_decode(
+                data, np.uint16, header.bits, runlen=header.width * header.height
+            )
+            return packed.reshape(shape)
         kind = np.uint8 if header.bits == 8 else np.dtype("<u2")
         rows = np.frombuffer(data, kind).reshape(shape)
         return np.ascontiguousarray(rows[::-1])  # the lowest row comes first
-
-
-def _unpacked(data: bytes, bits: int, count: int) -> NDArray[np.uint16]:
-    """Return numbers of 10 or 12 bits that follow one another without a gap, the highest first."""
-    together = {10: (5, 4), 12: (3, 2)}[bits]  # bytes, and the numbers in them
-    groups = -(-count // together[1])
-    padded = np.zeros(groups * together[0], dtype=np.uint8)
-    padded[: len(data)] = np.frombuffer(data, np.uint8)[: len(padded)]
-    parts = padded.reshape(groups, together[0]).astype(np.uint16)
-    numbers = np.empty((groups, together[1]), dtype=np.uint16)
-    for k in range(together[1]):
-        first, shift = divmod(k * bits, 8)
-        whole = (parts[:, first].astype(np.uint32) << 8) | parts[:, first + 1]
-        numbers[:, k] = (whole >> (16 - bits - shift)) & (2**bits - 1)
-    return numbers.ravel()[:count]
 
 
 def _read_header(path: Path) -> _Header:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -13,6 +16,8 @@ from numpy.typing import NDArray
 from pinchoff.support.errors import InputError
 
 Pixels = NDArray[np.uint8]
+
+IMAGE_SUFFIXES = (".png", ".tif", ".tiff", ".jpg", ".jpeg", ".bmp")
 
 CHOICE = "give a film, a TIFF stack or a folder of pictures"
 COLOURS = ("red", "green", "blue")
@@ -27,79 +32,38 @@ _MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class About:
-    """What a clip says of itself.
+    """What a clip says of itself."""
 
-    Attributes
-    ----------
-    width, height : int
-        Pixels, as it is shown.
-    count : int or None
-        Pictures; None where only reading tells.
-    fps : float or None
-        Frames a second.
-    pixel_size_um : float or None
-        Side of a pixel, µm.
-    timed : bool
-        Whether each picture comes with its time.
-    channels : tuple of str
-        Names of those that `channel` chooses from.
-    notes : tuple of str
-        What was guessed or left out.
-    """
-
-    width: int
+    width: int  # pixels, as it is shown
     height: int
-    count: int | None = None
+    count: int | None = None  # pictures; None where only reading tells
     fps: float | None = None
     pixel_size_um: float | None = None
-    timed: bool = False
-    channels: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
+    timed: bool = False  # whether each picture comes with its time
+    channels: tuple[str, ...] = ()  # names of those that can be chosen
+    notes: tuple[str, ...] = ()  # what was guessed or left out
 
 
 class Planes(NamedTuple):
-    """One picture as films hold it: brightness, and colour at half the resolution.
+    """One picture as films hold it: brightness, and colour at half the resolution."""
 
-    Attributes
-    ----------
-    luma : ndarray of uint8, shape (height, width)
-    chroma : ndarray of uint8, shape (2, ceil(height/2), ceil(width/2)), or None
-    """
-
-    luma: Pixels
-    chroma: Pixels | None
+    luma: Pixels  # (height, width)
+    chroma: Pixels | None  # (2, ceil(height/2), ceil(width/2))
 
 
 class Picture(NamedTuple):
-    """One picture as it is in the file.
+    """One picture as it is in the file."""
 
-    Attributes
-    ----------
-    number : int
-        From 0; what is missing in the file is missing here.
-    time_s : float or None
-        When it is shown, seconds from the first; None where only its number tells.
-    image : Planes or ndarray, shape (height, width) or (height, width, 3)
-        Brightness, or red, green and blue; of any type.
-    """
-
-    number: int
-    time_s: float | None
-    image: Planes | NDArray[Any]
+    number: int  # from 0; what is missing in the file is missing here
+    time_s: float | None  # seconds from the first; None where only its number tells
+    image: Planes | NDArray[Any]  # or (height, width[, 3]): grey, or red, green and blue
 
 
 class Source(Protocol):
-    """A clip of some format.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
-        Of the last reading.
-    """
+    """A clip of some format."""
 
     about: About
-    problems: Problems
+    problems: Problems  # of the last reading
 
     def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
         """Read from the start; where `sparse`, some may be left out."""
@@ -132,6 +96,38 @@ class Problems:
         return "; ".join([*lost, *self._other])
 
 
+class Stack(ABC):
+    """A clip whose pictures are read one by one: one that is damaged costs itself only.
+
+    A format sets `about`, and gives in `_reading` what returns the picture at a position.
+    """
+
+    about: About
+
+    def __init__(self) -> None:
+        self.problems = Problems()
+
+    @abstractmethod
+    def _reading(self) -> AbstractContextManager[Callable[[int], NDArray[Any]]]: ...
+
+    def _number_and_name(self, position: int) -> tuple[int, str]:
+        return position, f"frame {position}"
+
+    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
+        """Read from the start; where `sparse`, pictures spread over the clip."""
+        self.problems.clear()
+        count = self.about.count or 1
+        with self._reading() as read:
+            for position in range(0, count, max(1, count // SPARSE) if sparse else 1):
+                number, name = self._number_and_name(position)
+                try:
+                    image = read(position)
+                except Exception as error:  # of a damaged picture, by any of many decoders
+                    self.problems.lost(f"{name} ({reason_of(error)})")
+                else:
+                    yield Picture(number, None, image)
+
+
 def named(things: Sequence[str]) -> str:
     """Return the first of some names, and how many more there are."""
     more = len(things) - _MOST_NAMED
@@ -143,35 +139,56 @@ def reason_of(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
-def channel_index(channel: str | None, names: Sequence[str], path: Path) -> int | None:
-    """Return which of the channels is meant; None where none is asked for.
-
-    Raises
-    ------
-    InputError
-        There is no such channel.
-    """
-    if channel is None:
+def positive(value: Any) -> float | None:
+    """Return a number that a file says, or None where it is none, or not positive and finite."""
+    try:
+        found = float(value)
+    except (TypeError, ValueError):
         return None
-    wanted = channel.strip().lower()
-    known = [name.lower() for name in names]
-    if wanted in known:
-        return known.index(wanted)
-    if wanted.isdigit() and int(wanted) < len(names):
-        return int(wanted)
-    rule = f"one of {', '.join(names)}" if names else "left out for a clip without channels"
-    advice = f"those are the channels of {path}" if names else f"{path} has one only"
-    raise InputError.of("channel", rule, channel, advice)
+    return found if math.isfinite(found) and found > 0.0 else None
+
+
+class Channels:
+    """Which of a clip's channels is measured: one that is asked for, by its name or number.
+
+    Channels are pictures of their own, if there are several names of such, or else colours. `plane`
+    tells which of the former is measured, `colour` which one of the latter, and `notes` what was
+    chosen without being asked for.
+    """
+
+    def __init__(
+        self, path: Path, asked_for: str | None, separate: Sequence[str] = (), *, colour: bool
+    ) -> None:
+        self.names = tuple(separate) or (COLOURS if colour else ())
+        chosen = None if asked_for is None else self._index(path, asked_for)
+        self.plane = (chosen or 0) if separate else 0
+        self.colour = None if separate else chosen
+        self.notes: tuple[str, ...] = ()
+        if separate and chosen is None:
+            self.notes = (
+                f"it has {len(separate)} channels, {named(separate)}: the first is measured, "
+                "the setting channel takes another",
+            )
+
+    def _index(self, path: Path, asked_for: str) -> int:
+        wanted, known = asked_for.strip().lower(), [name.lower() for name in self.names]
+        if wanted in known:
+            return known.index(wanted)
+        if wanted.isdigit() and int(wanted) < len(known):
+            return int(wanted)
+        rule, advice = "left out for a clip without channels", f"{path} has one only"
+        if known:
+            rule = f"one of {', '.join(self.names)}"
+            advice = f"those are the channels of {path}"
+        raise InputError.of("channel", rule, asked_for, advice)
+
+    def of(self, image: NDArray[Any]) -> NDArray[Any]:
+        """Return a picture, or the one colour of it that is measured."""
+        return image if self.colour is None or image.ndim < 3 else image[:, :, self.colour]
 
 
 def checked_size(path: Path, width: int, height: int) -> None:
-    """Refuse pictures of a size that no camera makes.
-
-    Raises
-    ------
-    InputError
-        They are too small, or so large that the file must be damaged.
-    """
+    """Refuse pictures that are too small, or so large that the file must be damaged."""
     got = f"{width} × {height} pixels"
     if min(width, height) < SMALLEST_SIDE:
         rule = f"a clip of {SMALLEST_SIDE} × {SMALLEST_SIDE} pixels or more"

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import logging
 import math
+import struct
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +22,17 @@ from pinchoff.support.errors import InputError
 from pinchoff.video.formats.source import (
     CHOICE,
     COLOURS,
-    SPARSE,
     About,
-    Picture,
-    Problems,
-    channel_index,
+    Channels,
+    Stack,
     checked_size,
     named,
+    positive,
     reason_of,
 )
 
 _FIJI_ADVICE = "reduce it in Fiji (Image > Hyperstacks > Reduce Dimensionality) to frames"
+_PLANE = "YXS"  # axes of one picture; S are its colours
 _TIME_AXES = "TIQZ"  # those that may count frames, where there is one alone
 _UM = {
     **dict.fromkeys(("um", "µm", "μm", "micron", "microns", "micrometer", "micrometre"), 1.0),
@@ -51,7 +53,7 @@ _SECONDS = {
 logging.getLogger("tifffile").addHandler(logging.NullHandler())
 
 
-class TiffStack:
+class TiffStack(Stack):
     """A TIFF with one picture or many.
 
     Parameters
@@ -59,32 +61,28 @@ class TiffStack:
     path : Path
     channel : str, optional
         Name or number of one of its channels, or of its colours.
-
-    Attributes
-    ----------
-    about : About
-    problems : Problems
     """
 
     def __init__(self, path: Path, channel: str | None = None) -> None:
+        super().__init__()
         self._path = path
-        self.problems = Problems()
         with self._opened() as file:
             series = _largest(file)
-            page = series.keyframe
             sizes = dict(zip(series.axes, series.shape, strict=True))
             checked_size(path, sizes["X"], sizes["Y"])
             self._time_axis = self._frames_along(sizes)
-            names = _channel_names(file, sizes.get("C", 1))
-            is_colour = sizes.get("S", 1) >= len(COLOURS) or page.photometric.name == "PALETTE"
-            self._in_colour = len(names) < 2 and is_colour
-            self._names = names if len(names) > 1 else COLOURS if is_colour else ()
-            self._channel = channel_index(channel, self._names, path)
-            count = sizes[self._time_axis] if self._time_axis else 1
+            colour = (
+                sizes.get("S", 1) >= len(COLOURS) or series.keyframe.photometric.name == "PALETTE"
+            )
+            separate = _channel_names(file, sizes.get("C", 1))
+            self._channels = Channels(path, channel, separate, colour=colour)
+            count = sizes.get(self._time_axis, 1)
             fps, pixel_um, notes = _scale(file)
             notes += self._choices(file, sizes, series)
             self.about = About(
-                sizes["X"], sizes["Y"], count, fps, pixel_um, False, self._names, tuple(notes)
+                *(sizes["X"], sizes["Y"], count, fps, pixel_um),
+                channels=self._channels.names,
+                notes=tuple(notes),
             )
 
     def _opened(self) -> tifffile.TiffFile:
@@ -109,85 +107,77 @@ class TiffStack:
 
     def _choices(self, file: tifffile.TiffFile, sizes: dict[str, int], series: Any) -> list[str]:
         notes = []
-        said = int((file.imagej_metadata or {}).get("images", 0) if file.is_imagej else 0)
-        there = math.prod(size for axis, size in sizes.items() if axis not in "YXS")
-        if said > there:
-            notes.append(f"it says that it holds {said} pictures: {there} can be read")
+        claimed = int((file.imagej_metadata or {}).get("images", 0) if file.is_imagej else 0)
+        readable = math.prod(size for axis, size in sizes.items() if axis not in _PLANE)
+        if claimed > readable:
+            notes.append(f"it says that it holds {claimed} pictures: {readable} can be read")
+        elif _breaks_off(file):
+            notes.append("it breaks off or is damaged: pictures at its end may be missing")
         if self._time_axis == "Z":
             notes.append(f"its {sizes['Z']} slices (Z) are taken for frames in time")
-        if sizes.get("C", 1) > 1 and self._channel is None:
-            notes.append(
-                f"it has {sizes['C']} channels, {named(self._names)}: the first is measured, "
-                "the setting channel takes another"
-            )
-        others = [each for each in file.series if each is not series]
+        notes += self._channels.notes
+        others = [" × ".join(map(str, each.shape)) for each in file.series if each is not series]
         if others:
-            shapes = [" × ".join(map(str, each.shape)) for each in others]
-            notes.append(f"pictures of other kinds in it are left out: {named(shapes)}")
+            notes.append(f"pictures of other kinds in it are left out: {named(others)}")
         return notes
 
-    def pictures(self, *, sparse: bool = False) -> Iterator[Picture]:
-        """Read from the start; where `sparse`, pictures spread over the clip."""
-        self.problems.clear()
-        count = self.about.count or 1
+    @contextmanager
+    def _reading(self) -> Iterator[Callable[[int], NDArray[Any]]]:
         with self._opened() as file:
             series = _largest(file)
-            pages = _Pages(self._path, series)
-            for number in range(0, count, max(1, count // SPARSE) if sparse else 1):
-                channel = 0 if self._in_colour else self._channel or 0
-                chosen = {self._time_axis: number, "C": channel}
-                try:
-                    image = pages.at(chosen)
-                except Exception as error:  # of a damaged page, by any of many decoders
-                    self.problems.lost(f"frame {number} ({reason_of(error)})")
-                    continue
-                image = as_shown(image, series.keyframe)
-                if image.ndim == 3 and self._channel is not None and self._in_colour:
-                    image = image[:, :, self._channel]
-                yield Picture(number, None, image)
+            values = _mapped(self._path, series)
+
+            def read(number: int) -> NDArray[Any]:
+                chosen = {self._time_axis: number, "C": self._channels.plane}
+                place = [chosen.get(axis, 0) for axis in series.axes if axis not in _PLANE]
+                if values is None:
+                    image = _page(series, place)
+                elif place[0] < len(values):
+                    image = np.array(values[*place])
+                else:
+                    raise ValueError("the file ends before it")
+                if "".join(axis for axis in series.axes if axis in _PLANE) == "SYX":
+                    image = np.ascontiguousarray(np.moveaxis(image, 0, -1))
+                return self._channels.of(as_shown(image, series.keyframe))
+
+            yield read
 
 
-class _Pages:
-    """The pictures of a series by their places along its axes, read one at a time."""
-
-    def __init__(self, path: Path, series: Any) -> None:
-        self._series = series
-        self._in_page = len(series.keyframe.shape)
-        self._whole: NDArray[Any] | None = None
-        lead = series.shape[: series.ndim - self._in_page]
-        contiguous = series.dataoffset is not None and series.keyframe.is_memmappable
-        if contiguous and math.prod(lead) != len(series.pages):
-            self._in_page = sum(axis in "YXS" for axis in series.axes)  # many in one page
-        if contiguous:
-            self._whole = _mapped(path, series)
-
-    def at(self, chosen: dict[str, int]) -> NDArray[Any]:
-        """Return one picture: (Y, X) or (Y, X, S)."""
-        series = self._series
-        place = [chosen.get(axis, 0) for axis in series.axes if axis not in "YXS"]
-        if self._whole is not None:
-            index = iter(place)
-            where = tuple(slice(None) if axis in "YXS" else next(index) for axis in series.axes)
-            image = np.array(self._whole[where])
-        else:
-            lead = series.shape[: series.ndim - self._in_page]
-            page = series.pages[int(np.ravel_multi_index(place, lead)) if lead else 0]
-            if page is None:
-                raise ValueError("it is missing in the file")
-            image = page.asarray()
-        planes = "".join(axis for axis in series.axes if axis in "YXS")
-        return np.ascontiguousarray(np.moveaxis(image, 0, -1)) if planes == "SYX" else image
+def _page(series: Any, place: Sequence[int]) -> NDArray[Any]:
+    """Read the page at a place along the axes of a series that are not within a picture."""
+    lead = series.shape[: series.ndim - len(series.keyframe.shape)]
+    page = series.pages[int(np.ravel_multi_index(place, lead)) if lead else 0]
+    if page is None:
+        raise ValueError("it is missing in the file")
+    image: NDArray[Any] = page.asarray()
+    return image
 
 
-def _mapped(path: Path, series: Any) -> NDArray[Any]:
-    """Map a series that lies in one piece; of a file that breaks off, what is there."""
+def _mapped(path: Path, series: Any) -> NDArray[Any] | None:
+    """Map the values of several pictures in one piece; of a file that is cut, what is there."""
+    order = [k for k, axis in enumerate(series.axes) if axis not in _PLANE]
+    if series.dataoffset is None or not series.keyframe.is_memmappable or order[:1] != [0]:
+        return None
     kind = np.dtype(series.keyframe.parent.byteorder + series.dtype.char)
-    shape = series.shape
-    if math.prod(shape) * kind.itemsize > path.stat().st_size - series.dataoffset:
-        one = math.prod(shape[1:]) * kind.itemsize
-        shape = ((path.stat().st_size - series.dataoffset) // one, *shape[1:])
+    length, *rest = series.shape
+    there = (path.stat().st_size - series.dataoffset) // (math.prod(rest) * kind.itemsize)
+    if there < 1:
+        return None
+    shape = (min(length, there), *rest)
     mapped: NDArray[Any] = np.memmap(path, kind, "r", series.dataoffset, shape)
-    return mapped
+    return np.moveaxis(mapped, order, range(len(order)))  # the axes of one picture come last
+
+
+def _breaks_off(file: tifffile.TiffFile) -> bool:
+    """Return whether a page is said to follow the last one that can be read."""
+    layout, handle = file.tiff, file.filehandle
+    try:
+        handle.seek(file.pages[-1].offset)
+        (tags,) = struct.unpack(layout.tagnoformat, handle.read(layout.tagnosize))
+    except Exception:  # of the module: the last page is cut
+        return True
+    handle.seek(tags * layout.tagsize, 1)
+    return any(handle.read(layout.offsetsize))
 
 
 def as_shown(image: NDArray[Any], page: Any) -> NDArray[Any]:
@@ -285,13 +275,8 @@ def _scale(file: tifffile.TiffFile) -> tuple[float | None, float | None, list[st
 def _times(value: Any, unit: Any, units: dict[str, float], usual: str) -> float | None:
     """Return a positive quantity in our unit; None where it is not said, or in no known unit."""
     factor = units.get(str(unit if unit is not None else usual).strip().lower())
-    try:
-        found = float(value)
-    except (TypeError, ValueError):
-        return None
-    if factor is None or not math.isfinite(found) or found <= 0.0:
-        return None
-    return found * factor
+    number = positive(value)
+    return None if factor is None or number is None else number * factor
 
 
 def _length(file: tifffile.TiffFile, tag: str) -> float | None:

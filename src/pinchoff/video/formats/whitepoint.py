@@ -36,11 +36,6 @@ def range_of(images: Iterable[NDArray[Any]]) -> Range:
     Black is 0, or the least value where some are negative. White is the largest number of the
     fewest bits that hold all values: of whole numbers 8 bits or more, and an even number, as
     cameras have. Fractions have the least power of four that none exceeds, most often 1.
-
-    Parameters
-    ----------
-    images : iterable of ndarray
-        All pictures of a clip, of one type.
     """
     least, most, whole = 0.0, 0.0, False
     for image in images:
@@ -63,13 +58,7 @@ def range_of(images: Iterable[NDArray[Any]]) -> Range:
 
 
 def to_bytes(image: NDArray[Any], values: Range) -> Pixels:
-    """Return a picture with 0 for black and 255 for white.
-
-    Parameters
-    ----------
-    image : ndarray
-    values : Range
-    """
+    """Return a picture with 0 for black and 255 for white."""
     if image.dtype == np.uint8:
         return image
     if image.dtype.kind in "biu" and image.dtype.itemsize <= 2 and values.black == 0.0:

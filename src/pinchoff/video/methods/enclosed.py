@@ -11,7 +11,6 @@ lost half of its darkness. Where a wall prolongs the rim, it is as wide as it is
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -21,7 +20,15 @@ from numpy.typing import NDArray
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.methods.surroundings import Surroundings, usual_noise
+from pinchoff.video.methods.surroundings import (
+    LevelSegmenter,
+    Shown,
+    Surroundings,
+    beyond,
+    needed_levels,
+    owners,
+    usual_noise,
+)
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
@@ -50,7 +57,7 @@ Pixels = NDArray[np.uint8]
 
 _DENOISING = 0.8  # standard deviation of the filter, pixels
 _LEVELS = 7  # of darkness, one twice the other
-_INTERIOR_SHARE = 0.2  # least of the smallest droplet's area: the rim takes the rest
+_EDGE = 0.5  # of the rim's darkness, where the outline lies
 _STEP = 0.5  # along rays, pixels
 _WITHIN = 2.0  # pixels from the border to where they begin, in the interior
 _BEYOND = 3.0  # pixels beyond the rim in which it gets as bright as outside
@@ -99,38 +106,10 @@ class _Region(NamedTuple):
     score: float
 
 
-class EnclosedSegmenter:
-    """Find the droplets that dark rims enclose.
+class EnclosedSegmenter(LevelSegmenter[_Region]):
+    """Find the droplets that dark rims enclose; the window is some times the rim's width."""
 
-    Parameters
-    ----------
-    signal : Signal
-        The picture in which rims are dark.
-    window : int
-        Side of the square over which the local mean is taken, pixels; odd, some times the rim's
-        width.
-    minimum_area : float
-        Of a droplet, pixels.
-    about : Surroundings
-    edge : float
-        Where the outline lies, a fraction of the rim's darkness.
-    largest_cut : float
-        Of what the frame cuts, pixels: what is larger lies beyond a wall.
-    """
-
-    def __init__(
-        self,
-        signal: Signal,
-        window: int,
-        minimum_area: float,
-        about: Surroundings,
-        edge: float = 0.5,
-        largest_cut: float = math.inf,
-    ) -> None:
-        self.signal, self.window, self.about = signal, window, about
-        self.minimum_area, self._edge, self._largest_cut = minimum_area, edge, largest_cut
-        self._shown: list[_Shown] = []
-        self._seen: dict[int, list[_Region]] = {}  # in the frames from which it was learned
+    REGION_SHARE = 0.2  # the rim takes the rest
 
     @classmethod
     def learned(
@@ -148,47 +127,20 @@ class EnclosedSegmenter:
         seen = {frame.number: first._regions(first._darkness(frame)) for frame in frames}
         standing = standing_rows([rows_of(here) for here in seen.values()])
         first.about = about = first.about._replace(standing=standing)
-        moving = {number: first._moving(here) for number, here in seen.items()}
+        moving = {
+            number: [each for each in here if not about.stands(each)]
+            for number, here in seen.items()
+        }
         shown = [each for here in moving.values() for each in _shown(here, frames[0].luma.shape)]
-        about = about._replace(levels=_needed_levels(shown))
+        about = about._replace(levels=needed_levels(shown))
         learned = cls(signal, window, minimum_area, about)
         learned._shown, learned._seen = shown, moving
         return learned
 
-    def forget(self) -> None:
-        """Let go of what was seen in the frames from which it was learned."""
-        self._seen = {}
-
-    def between(self, area: float, largest_cut: float) -> EnclosedSegmenter:
-        """Return a segmenter for droplets from an area on: it may need fewer levels.
-
-        Parameters
-        ----------
-        area, largest_cut : float
-            Least area, and largest area of what the frame cuts, pixels.
-        """
-        least = _INTERIOR_SHARE * area
-        levels = _needed_levels([each for each in self._shown if each.area >= least])
-        about = self.about._replace(levels=levels) if levels else self.about
-        return EnclosedSegmenter(self.signal, self.window, area, about, self._edge, largest_cut)
-
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        seen = self._seen.get(frame.number)
-        if seen is None:
-            regions = self._moving(self._regions(dark))
-        else:
-            regions = [each for each in seen if each.level in self.about.levels]
-        kept = [
-            each
-            for each in regions
-            if each.area <= self._largest_cut or not each.border.at_edge.any()
-        ]
-        return self._outlined(one_a_droplet(kept, dark.shape), dark)
-
-    def _moving(self, regions: Sequence[_Region]) -> list[_Region]:
-        return [each for each in regions if not self.about.stands(each)]
+        return self._outlined(one_a_droplet(self._regions_in(frame, dark), dark.shape), dark)
 
     def _darkness(self, frame: Frame) -> Image:
         image = self.signal.of(frame)
@@ -211,7 +163,7 @@ class EnclosedSegmenter:
         )
         if not walks:
             return []
-        least = _INTERIOR_SHARE * self.minimum_area
+        least = self.REGION_SHARE * self.minimum_area
         holes = []
         for walk, parent in zip(walks, hierarchy[0, :, 3].tolist(), strict=True):
             if parent < 0 or len(walk) ** 2 < 8.0 * least or cv2.contourArea(walk) < least:
@@ -238,7 +190,7 @@ class EnclosedSegmenter:
             _STEP,
             math.ceil((_WITHIN + 0.5 * self.window) / _STEP),
             level,
-            self._edge,
+            _EDGE,
             math.ceil((_WITHIN + _STEP) / _STEP),
             int(_BEYOND / _STEP),
         )
@@ -260,24 +212,24 @@ class EnclosedSegmenter:
         if not regions:
             return []
         height, width = dark.shape
-        owner = _owners(regions, dark.shape)
+        owner = owners(regions, dark.shape)
         widths = [_rim_widths(region.width, region.border.at_edge) for region in regions]
         like_others = _like_others(regions)
         gaps = [
-            _is_gap(region, _beyond(away, region.border, owner, number), regions, like_others)
+            _is_gap(region, beyond(away, region.border, owner, number), regions, like_others)
             for number, (region, away) in enumerate(zip(regions, widths, strict=True))
         ]
         if any(gaps):
             regions = [each for each, gap in zip(regions, gaps, strict=True) if not gap]
             widths = [each for each, gap in zip(widths, gaps, strict=True) if not gap]
-            owner = _owners(regions, dark.shape)
+            owner = owners(regions, dark.shape)
         groups = Groups(len(regions))
         found: list[Droplet | None] = []
         for number, (region, away) in enumerate(zip(regions, widths, strict=True)):
             border = region.border
-            beyond = _beyond(away, border, owner, number)
-            away = np.where(beyond >= 0, 0.5 * away, away)  # a wall that two share
-            for other in set(beyond[beyond >= 0].tolist()):
+            others = beyond(away, border, owner, number)
+            away = np.where(others >= 0, 0.5 * away, away)  # a wall that two share
+            for other in set(others[others >= 0].tolist()):
                 if not _is_surroundings(regions[other], region):
                     groups.join(number, other)
             away[border.at_edge] = 0.0
@@ -295,12 +247,7 @@ class EnclosedSegmenter:
             cut = cut or leaves_view(self.about.view, border.points, border.normals, reach)
             x, y = _core.centroid(outline)
             found.append(Droplet(outline, area, x, y, cut, -1))
-        numbers = groups.numbers([droplet is not None for droplet in found])
-        return [
-            droplet._replace(group=group)
-            for droplet, group in zip(found, numbers, strict=True)
-            if droplet is not None
-        ]
+        return groups.grouped(found)
 
 
 def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
@@ -320,14 +267,7 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
 
 
-class _Shown(NamedTuple):
-    """A droplet that was seen: the area of its interior, and the levels at which it shows."""
-
-    area: float
-    levels: frozenset[float]
-
-
-def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Shown]:
+def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[Shown]:
     """Return at which levels the droplets of a frame show.
 
     Parameters
@@ -343,46 +283,8 @@ def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[_Shown]:
         away = np.hypot(rows[:, 0] - droplet.x, rows[:, 1] - droplet.y)
         same = away <= 0.25 * math.sqrt(droplet.area)
         same &= (rows[:, 2] >= SAME * droplet.area) & (SAME * rows[:, 2] <= droplet.area)
-        shown.append(_Shown(droplet.area, frozenset(levels[same].tolist())))
+        shown.append(Shown(droplet.area, frozenset(levels[same].tolist())))
     return shown
-
-
-def _needed_levels(shown: Sequence[_Shown]) -> tuple[float, ...]:
-    """Return the fewest levels that show every droplet twice (once if one level alone shows it)."""
-    wanted = [each.levels for each in shown]
-    chosen: set[float] = set()
-    missing = [min(2, len(levels)) for levels in wanted]
-    while any(missing):
-        gain: Counter[float] = Counter()
-        for levels_of, count in zip(wanted, missing, strict=True):
-            if count:
-                gain.update(levels_of - chosen)
-        level = max(gain, key=lambda each: (gain[each], each))
-        chosen.add(level)
-        missing = [
-            count - (count > 0 and level in levels_of)
-            for levels_of, count in zip(wanted, missing, strict=True)
-        ]
-    return tuple(sorted(chosen))
-
-
-def _owners(regions: Sequence[_Region], shape: tuple[int, ...]) -> NDArray[np.int16]:
-    """Return the number of the region that each pixel is in, -1 for none."""
-    owner = np.full(shape, -1, dtype=np.int16)
-    for number, region in enumerate(regions):
-        cv2.drawContours(owner, [region.walk], -1, number, cv2.FILLED)
-    return owner
-
-
-def _beyond(
-    away: Floats, border: Border, owner: NDArray[np.int16], number: int
-) -> NDArray[np.int16]:
-    """Return which other region is beyond the rim on each ray, -1 where none is."""
-    height, width = owner.shape
-    places = np.rint(border.points + (away + 1.5)[:, None] * border.normals)
-    x, y = np.clip(places, 0, (width - 1, height - 1)).astype(np.intp).T
-    other = owner[y, x]
-    return np.where(other == number, np.int16(-1), other)
 
 
 def _is_surroundings(other: _Region, region: _Region) -> bool:
@@ -403,21 +305,21 @@ def _like_others(regions: Sequence[_Region]) -> Bools:
 
 
 def _is_gap(
-    region: _Region, beyond: NDArray[np.int16], regions: Sequence[_Region], like_others: Bools
+    region: _Region, neighbours: NDArray[np.int16], regions: Sequence[_Region], like_others: Bools
 ) -> bool:
     """Return whether a region is what packed droplets leave between them.
 
     Parameters
     ----------
     region : _Region
-    beyond : ndarray, shape (n,)
-        What `_beyond` returns.
+    neighbours : ndarray, shape (n,)
+        What `beyond` returns.
     regions : sequence of _Region
     like_others : ndarray of bool, shape (len(regions),)
         What `_like_others` returns.
     """
-    others = beyond[(beyond >= 0) & like_others[beyond]]
-    if len(others) < _GAP_SHARED * len(beyond):
+    others = neighbours[(neighbours >= 0) & like_others[neighbours]]
+    if len(others) < _GAP_SHARED * len(neighbours):
         return False
     around = [regions[number].area for number in set(others.tolist())]
     if region.area > _GAP_SIZE * part_below(np.array(around), 0.5):

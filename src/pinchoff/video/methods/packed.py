@@ -26,7 +26,7 @@ Image = NDArray[np.float32]
 Places = NDArray[np.int64]
 
 _DENOISING = 0.8  # standard deviation of the filter before outlines are traced, pixels
-_BRIGHT = 95.0  # percentile of the grey levels that stands for the light
+_DARKEST, _BRIGHT = 0.1, 95.0  # percentiles of the grey levels: between them is the light
 _VOTING_RADIUS = 8.0  # least radius in votes, pixels; what is larger votes in a smaller image
 _PER_OCTAVE = 2  # radii that vote, between one and its double
 _SHARPNESS = 0.1  # relative brightening a pixel from which an edge has a full vote
@@ -82,7 +82,8 @@ class RimSegmenter:
     minimum_diameter, maximum_diameter : float
         Of the droplets, of the circle with their area, pixels.
     contrast : float
-        Least brightening across a rim, on average over it; a fraction of the frame's light.
+        Least brightening across a rim, on average over it; a fraction of the frame's light,
+        which is counted from its darkest.
     score : float
         Least score of an outline, from 0 to 1, that of a sharp black ring. The higher, the fewer
         and the surer.
@@ -127,7 +128,8 @@ class RimSegmenter:
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the surest first; they may overlap."""
         luma = self.signal.of(frame)
-        dim = max(self._contrast * float(np.percentile(luma, _BRIGHT)), 1.0)
+        darkest, brightest = np.percentile(luma, [_DARKEST, _BRIGHT])
+        dim = max(self._contrast * float(brightest - darkest), 1.0)
         circles = _candidates(luma, *self._radii, dim)
         smooth = cv2.GaussianBlur(luma, (0, 0), _DENOISING)
         # About its own centre an outline that is not round is traced better.

@@ -19,7 +19,15 @@ from scipy.ndimage import find_objects
 
 from pinchoff import _core
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.methods.surroundings import Surroundings, usual_noise
+from pinchoff.video.methods.surroundings import (
+    LevelSegmenter,
+    Shown,
+    Surroundings,
+    beyond,
+    needed_levels,
+    owners,
+    usual_noise,
+)
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
@@ -55,7 +63,7 @@ _STEP = 0.5  # along rays, pixels
 _ON = 2.0  # pixels beyond the border, where another part of the spot may go on
 _ASTRAY = 3  # rays on either side of one that may go astray
 _SPARSE = 0.3  # least share of its convex hull that a cluster of droplets fills
-_FAINT_CUT = 0.3  # of the contrast of whole ones, that of one which the frame cuts
+_FAINT, _FAINT_CUT = 0.1, 0.3  # of the usual contrast, that of a spot, and of one that is cut
 _SPECK = 0.5  # of the smallest droplet: a smaller hole is a speck in one
 _STUBS = 0.6  # radii of a part: what is thinner is not of it
 _NECK = 0.8  # of the narrower part's width: what is thinner parts two droplets
@@ -75,34 +83,10 @@ class _Spot(NamedTuple):
     contrast: float  # median, grey levels
 
 
-class SpotSegmenter:
-    """Find the droplets that are dark all over.
+class SpotSegmenter(LevelSegmenter[_Spot]):
+    """Find the droplets that are dark all over; the window is larger than a droplet."""
 
-    Parameters
-    ----------
-    signal : Signal
-        The picture in which droplets are dark.
-    window : int
-        Side of the square over which the local light is taken, pixels; odd, larger than a droplet.
-    minimum_area : float
-        Of a droplet, pixels.
-    about : Surroundings
-    largest_cut : float
-        Of what the frame cuts, pixels: what is larger lies beyond a wall.
-    """
-
-    def __init__(
-        self,
-        signal: Signal,
-        window: int,
-        minimum_area: float,
-        about: Surroundings,
-        largest_cut: float = math.inf,
-    ) -> None:
-        self.signal, self.window, self.about = signal, window, about
-        self.minimum_area, self._largest_cut = minimum_area, largest_cut
-        self._shown: list[tuple[float, float]] = []  # area and level of each spot that was kept
-        self._seen: dict[int, list[_Spot]] = {}  # in the frames from which it was learned
+    _faintest = 0.0  # grey levels: fainter are shades of the light and of a codec's blocks
 
     @classmethod
     def learned(
@@ -120,62 +104,35 @@ class SpotSegmenter:
         faintest = _FAINTEST * LEAST_CONTRAST * noise
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
         first.about = about = first.about._replace(levels=tuple(levels.tolist()))
-        seen = {frame.number: first._spots(first._darkness(frame)) for frame in frames}
+        seen = {frame.number: first._regions(first._darkness(frame)) for frame in frames}
         shown = [
-            (spot.area, spot.level)
-            for spots in seen.values()
-            for spot in one_a_droplet(spots, frames[0].luma.shape)
+            spot for spots in seen.values() for spot in one_a_droplet(spots, frames[0].luma.shape)
         ]
+        faintest = _FAINT * _usual_contrast(shown)
+        shown = [spot for spot in shown if spot.contrast >= faintest]
         standing = standing_rows([rows_of(here) for here in seen.values()])
-        about = about._replace(levels=_levels_of(shown), standing=standing)
+        sizes = [Shown(spot.area, frozenset({spot.level})) for spot in shown]
+        about = about._replace(levels=needed_levels(sizes), standing=standing)
         learned = cls(signal, window, minimum_area, about)
-        learned._shown, learned._seen = shown, seen
+        learned._shown, learned._seen, learned._faintest = sizes, seen, faintest
         return learned
-
-    def forget(self) -> None:
-        """Let go of what was seen in the frames from which it was learned."""
-        self._seen = {}
-
-    def between(self, area: float, largest_cut: float) -> SpotSegmenter:
-        """Return a segmenter for droplets from an area on: it may need fewer levels.
-
-        Parameters
-        ----------
-        area, largest_cut : float
-            Least area, and largest area of what the frame cuts, pixels.
-        """
-        levels = _levels_of([each for each in self._shown if each[0] >= area])
-        about = self.about._replace(levels=levels) if levels else self.about
-        return SpotSegmenter(self.signal, self.window, area, about, largest_cut)
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the touching ones apart."""
         dark = self._darkness(frame)
-        seen = self._seen.get(frame.number)
-        if seen is None:
-            seen = self._spots(dark)
-        else:
-            seen = [spot for spot in seen if spot.level in self.about.levels]
-        spots = [spot for spot in seen if not self.about.stands(spot) and not self._is_beyond(spot)]
         height, width = dark.shape
-        kept = _without_faint_cut(one_a_droplet(spots, dark.shape))
-        owner = np.full(dark.shape, -1, dtype=np.int16)
-        for number, spot in enumerate(kept):
-            cv2.drawContours(owner, [spot.walk], -1, number, cv2.FILLED)
+        kept = _without_faint_cut(one_a_droplet(self._regions_in(frame, dark), dark.shape))
+        owner = owners(kept, dark.shape)
         groups = Groups(len(kept))
         found: list[Droplet | None] = []
         for number, spot in enumerate(kept):
             border = spot.border
-            places = border.points + (spot.move + 1.5)[:, None] * border.normals
-            x = np.clip(np.rint(places[:, 0]), 0, width - 1).astype(int)
-            y = np.clip(np.rint(places[:, 1]), 0, height - 1).astype(int)
-            other = owner[y, x]
-            meets = (other >= 0) & (other != number)
-            for neighbour in np.unique(other[meets]).tolist():
+            others = beyond(spot.move, border, owner, number)
+            for neighbour in set(others[others >= 0].tolist()):
                 groups.join(number, neighbour)
             # Single rays go astray where droplets meet.
             usual = _core.running_median(spot.move, _ASTRAY)
-            away = np.where(meets | border.at_edge, 0.0, usual)
+            away = np.where((others >= 0) | border.at_edge, 0.0, usual)
             outline = border.points + smoothed(away)[:, None] * border.normals
             outline = np.clip(outline, 0.0, (width - 1.0, height - 1.0))
             cut = bool(border.at_edge.any())
@@ -185,15 +142,10 @@ class SpotSegmenter:
             middle_x, middle_y = _core.centroid(outline)
             droplet = Droplet(outline, area, middle_x, middle_y, cut, -1)
             found.append(droplet if area >= self.minimum_area else None)
-        numbers = groups.numbers([droplet is not None for droplet in found])
-        return [
-            droplet._replace(group=group)
-            for droplet, group in zip(found, numbers, strict=True)
-            if droplet is not None
-        ]
+        return groups.grouped(found)
 
-    def _is_beyond(self, spot: _Spot) -> bool:
-        return bool(spot.area > self._largest_cut and spot.border.at_edge.any())
+    def _may_be_droplet(self, region: _Spot) -> bool:
+        return region.contrast >= self._faintest and super()._may_be_droplet(region)
 
     def _darkness(self, frame: Frame) -> Image:
         image = self.signal.of(frame)
@@ -204,7 +156,7 @@ class SpotSegmenter:
         dark: Image = cv2.subtract(light, cv2.GaussianBlur(image, (0, 0), _DENOISING))
         return dark
 
-    def _spots(self, dark: Image) -> list[_Spot]:
+    def _regions(self, dark: Image) -> list[_Spot]:
         seen = seen_part(self.about.view, (dark.shape[1], dark.shape[0]))
         return [spot for level in self.about.levels for spot in self._at_level(dark, level, seen)]
 
@@ -300,9 +252,13 @@ def _without_faint_cut(spots: Sequence[_Spot]) -> list[_Spot]:
     return [spot for spot in spots if spot.contrast >= least or not spot.border.at_edge.any()]
 
 
-def _levels_of(shown: Sequence[tuple[float, float]]) -> tuple[float, ...]:
-    """Return the levels, in order, of spots given by area and level."""
-    return tuple(sorted({level for _, level in shown}))
+def _usual_contrast(spots: Sequence[_Spot]) -> float:
+    """Return the median contrast, weighted by area: there are many faint specks, but small ones."""
+    if not spots:
+        return 0.0
+    spots = sorted(spots, key=lambda spot: spot.contrast)
+    covered = np.cumsum([spot.area for spot in spots])
+    return spots[int(np.searchsorted(covered, 0.5 * covered[-1]))].contrast
 
 
 def _gaps(walks: Sequence[Walk], hierarchy: NDArray[np.int32], place: int) -> list[Walk]:

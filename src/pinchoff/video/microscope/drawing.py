@@ -19,7 +19,7 @@ OVERSAMPLING = 4
 """Finer pixels a pixel's side, on which outlines are drawn and averaged."""
 
 _FRACTION_BITS = 8  # binary places of OpenCV's coordinates: 1/256 of a finer pixel
-_MARGIN = 2  # pixels round an outline
+_MARGIN = 1  # pixels round an outline
 _BLUR_REACH = 4.0  # standard deviations: a pixel's light does not reach farther
 _NOISE_LENGTH, _NOISE_FRAMES = 1 << 22, 4  # numbers, and frames of them, that noise is taken from
 
@@ -120,17 +120,27 @@ class Canvas:
 
     def _background(self, obstacles: Floats) -> Image:
         look = self._look
+        rim, core = _channels(look.pillar_rim), _channels(look.pillar)
         image = np.empty((look.height, look.width, 3), dtype=np.float32)
         image[:] = look.fluid
-        y, x = np.mgrid[: look.height, : look.width].astype(np.float32)
-        for centre_x, centre_y, radius in obstacles:
-            depth = radius - np.hypot(x - centre_x, y - centre_y)
-            inside = np.clip(depth + 0.5, 0.0, 1.0)[:, :, None]
+        for x, y, radius in obstacles:
+            window, away = self._distances(x, y, radius)
+            depth = (radius - away)[:, :, None]
             rim_px = look.pillar_rim_um / look.pixel_size_um
-            core = np.clip(depth - rim_px + 0.5, 0.0, 1.0)[:, :, None]
-            image += inside * (_channels(look.pillar_rim) - image)
-            image += core * (_channels(look.pillar) - _channels(look.pillar_rim))
+            part = image[window]
+            part += np.clip(depth + 0.5, 0.0, 1.0) * (rim - part)
+            part += np.clip(depth - rim_px + 0.5, 0.0, 1.0) * (core - rim)
         return image
+
+    def _distances(self, x: float, y: float, radius: float) -> tuple[Window, Floats]:
+        """Return where a disc lies in the image, and its pixels' distances from the centre."""
+        parts, away = [], []
+        for centre, length in ((y, self._look.height), (x, self._look.width)):
+            first = max(0, math.floor(centre - radius) - 1)  # an edge is blurred over a pixel
+            part = slice(first, max(first, math.ceil(centre + radius) + 2))
+            parts.append(part)
+            away.append(np.arange(length, dtype=np.float32)[part] - centre)
+        return (parts[0], parts[1]), np.hypot(away[1], away[0][:, None])
 
     def _uneven_light(self) -> Image:
         look = self._look
@@ -147,8 +157,8 @@ class Canvas:
         for _ in range(look.dust):
             x, y = self._random.uniform((0, 0), look.size)
             radius, depth = self._random.uniform((1.0, 0.1), (3.5, 0.6))
-            yy, xx = np.mgrid[: look.height, : look.width].astype(np.float32)
-            specks *= 1.0 - np.float32(depth) * np.clip(radius - np.hypot(xx - x, yy - y), 0, 1)
+            window, away = self._distances(x, y, radius)
+            specks[window] *= 1.0 - np.float32(depth) * np.clip(radius - away, 0, 1)
         return specks
 
     def _blur(self, index: int) -> float:
@@ -182,11 +192,9 @@ def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Wi
     Parameters
     ----------
     outline : ndarray, shape (n, 2)
-        Pixels.
     size : (int, int)
         Width and height of the image.
     ring_px : float
-        Width of the ring, pixels.
 
     Returns
     -------
@@ -207,7 +215,8 @@ def coverage(outline: Floats, size: tuple[int, int], ring_px: float) -> tuple[Wi
     cv2.polylines(inside_finely, fixed, True, 128, shift=_FRACTION_BITS)
     # The outline runs through the finer pixels at 128, from which the depth is counted.
     depth = cv2.distanceTransform(cv2.compare(inside_finely, 128, cv2.CMP_GT), cv2.DIST_L2, 5)
-    core = cv2.convertScaleAbs(np.maximum(depth - (ring_px * OVERSAMPLING - 0.5), 0.0), alpha=255)
+    ring = ring_px * OVERSAMPLING - 0.5
+    core = cv2.addWeighted(depth, 255, depth, 0, -255 * ring, dtype=cv2.CV_8U)  # 0 to 255 at most
     rows, in_rows = _overlap(int(low[1]), height, size[1])
     columns, in_columns = _overlap(int(low[0]), width, size[0])
     inside, core = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,20 +10,18 @@ from numpy.typing import NDArray
 from pinchoff import _core
 from pinchoff.video.contact import first_contact, rest_begins
 from pinchoff.video.encounters import (
+    CLIP_ENDED,
     CONTACT_DISTANCE_UM,
+    CUT_BY_FRAME,
     RELEASE,
     Encounter,
     gap_to_circle,
     thinnest_neck,
 )
 from pinchoff.video.microscope.appearance import Microscope
-from pinchoff.video.microscope.passages import Passage
 from pinchoff.video.microscope.scenes import Scene
 
 Floats = NDArray[np.float64]
-
-CUT_BY_FRAME = "cut by the frame"
-CLIP_ENDED = "the clip ends during the collision"
 
 _SPACING_PX = 0.5  # between the points on which a neck is measured
 
@@ -67,33 +64,28 @@ def scene_encounters(
     >>> [each.outcome for each in scene_encounters(scene, camera, frame_count)]
     ['broke']
     """
-    obstacles = scene.obstacles
-    found: list[Encounter] = []
-    for number, passage in enumerate(scene.passages):
-        circle = passage.obstacles[0]
-        obstacle_id = int(np.argmin(np.abs(obstacles - circle).sum(axis=1)))
-        looker = _Looker(passage, number, microscope, circle, obstacle_id)
-        found += looker.encounters(frame_count, contact_distance_um)
+    lookers = (_Looker(scene, number, microscope) for number in range(len(scene.passages)))
+    seen = (looker.encounter(frame_count, contact_distance_um) for looker in lookers)
+    found = [encounter for encounter in seen if encounter is not None]
     return sorted(found, key=lambda each: (each.contact_frame, each.track_id))
 
 
 class _Looker:
     """Follow one passage through the frames."""
 
-    def __init__(
-        self, passage: Passage, number: int, look: Microscope, circle: Floats, obstacle_id: int
-    ) -> None:
-        self._passage, self._number, self._look = passage, number, look
-        self._circle, self._obstacle_id = circle, obstacle_id
+    def __init__(self, scene: Scene, number: int, look: Microscope) -> None:
+        self._passage, self._number, self._look = scene.passages[number], number, look
+        self._circle: Floats = self._passage.obstacles[0]
+        self._obstacle_id = int(np.argmin(np.abs(scene.obstacles - self._circle).sum(axis=1)))
 
-    def encounters(self, frame_count: int, distance_um: float | None) -> Iterator[Encounter]:
-        fps = self._look.fps
-        start, end = self._passage.start_s, self._passage.start_s + self._duration()
+    def encounter(self, frame_count: int, distance_um: float | None) -> Encounter | None:
+        fps, start = self._look.fps, self._passage.start_s
+        end = start + float(self._passage.outlines.times[-1]) * self._passage.unit_s
         frames = range(max(0, math.floor(start * fps)), min(frame_count, math.ceil(end * fps) + 1))
         contact = self._contact(frames, distance_um)
-        if contact is None or contact == 0:
-            return
-        yield self._followed(contact, frames[-1], whole=frames[-1] < frame_count - 1)
+        if not contact:  # none, or in contact when first seen
+            return None
+        return self._followed(contact, frames[-1], whole=frames[-1] < frame_count - 1)
 
     def _contact(self, frames: range, distance_um: float | None) -> int | None:
         """Return the frame of first contact; None if there is none."""
@@ -113,42 +105,32 @@ class _Looker:
             return None
         return frames[first_contact(gaps, bound, 1.0)]
 
-    def _duration(self) -> float:
-        return float(self._passage.outlines.times[-1]) * self._passage.unit_s
-
     def _droplets(self, frame: float) -> list[Floats]:
         return [r for _, r in self._passage.droplets_at(frame / self._look.fps)]
-
-    def _touches(self, outline: Floats, distance: float) -> bool:
-        return gap_to_circle(outline, self._circle) <= distance
 
     def _followed(self, contact: int, last: int, whole: bool) -> Encounter:
         px, fps = self._look.pixel_size_um, self._look.fps
         neck = breakup_neck = breakup = math.nan
-        daughters: Sequence[float] = (math.nan, math.nan)
+        daughters = (math.nan, math.nan)
         shape, end, cut = 1.0, contact, False
         for frame in range(contact, last + 1):
             droplets = self._droplets(frame)
             end = frame
             cut = cut or any(self._is_cut(outline) for outline in droplets)
             if len(droplets) > 1:
-                breakup, daughters = (
-                    frame,
-                    [_core.area(outline) * px**2 for outline in droplets[:2]],
-                )
+                breakup = frame
+                daughters = (_core.area(droplets[0]) * px**2, _core.area(droplets[1]) * px**2)
                 break
             shape = max(shape, _core.shape_parameter(droplets[0]))
-            thickness = thinnest_neck(densified(droplets[0], _SPACING_PX))[0] * px
-            breakup_neck = thickness if math.isfinite(thickness) else math.nan
-            neck = np.fmin(neck, breakup_neck)
-            if not self._touches(droplets[0], RELEASE * self._circle[2]):
+            breakup_neck = thinnest_neck(densified(droplets[0], _SPACING_PX))[0] * px
+            neck = float(np.fmin(neck, breakup_neck))
+            if gap_to_circle(droplets[0], self._circle) > RELEASE * self._circle[2]:
                 break
         broke = not math.isnan(breakup)
         ended = not broke and not whole and end == last
-        outline = self._droplets(contact)[0]
         return Encounter(
             obstacle=tuple((self._circle * px).tolist()),
-            outline=outline * px,
+            outline=self._droplets(contact)[0] * px,
             velocity=self._velocity(contact),
             contact_frame=contact,
             end_frame=end,
@@ -156,8 +138,8 @@ class _Looker:
             outcome="broke" if broke else "captured" if ended else "slipped",
             breakup_frame=breakup,
             breakup_time_s=breakup / fps,
-            daughter_areas=(daughters[0], daughters[1]),
-            neck=float(neck),
+            daughter_areas=daughters,
+            neck=neck,
             breakup_neck=breakup_neck if broke else math.nan,
             maximum_shape_parameter=shape,
             reject_reason=CUT_BY_FRAME if cut else CLIP_ENDED if ended else "",
@@ -181,14 +163,7 @@ class _Looker:
 
 
 def densified(outline: Floats, spacing: float) -> Floats:
-    """Return the same polygon with points on its edges, so that none are farther apart.
-
-    Parameters
-    ----------
-    outline : ndarray, shape (n, 2)
-    spacing : float
-        In the unit of the outline.
-    """
+    """Return the same polygon, (n, 2), with points on its edges no farther apart than a spacing."""
     closed = np.vstack([outline, outline[:1]])
     steps = np.diff(closed, axis=0)
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))])
