@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import re
@@ -40,7 +41,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.fixture
 def attacks(request: pytest.FixtureRequest) -> int:
     """How many random inputs an attack tries."""
-    return request.config.getoption("--attacks") or 60
+    return request.config.getoption("--attacks") or 45
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -63,6 +64,13 @@ def browser() -> Iterator[Any]:
         chromium = playwright.chromium.launch(executable_path=found, args=["--no-sandbox"])
         yield chromium
         chromium.close()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def imports_are_kept() -> None:
+    """Let the collector of garbage pass over modules and tests, which stay to the end."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

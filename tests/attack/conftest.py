@@ -83,7 +83,7 @@ def prepared(folder: Path) -> Path:
     (folder / "small.toml").write_text(small.replace("start_distance = 1.5\ntime_limit = 6\n", ""))
     with pytest.MonkeyPatch.context() as patch:
         module = importlib.import_module("pinchoff.cli.examples")  # the command has the same name
-        patch.setattr(module, "_DROPLETS", module._DROPLETS[:1])  # a shorter clip
+        patch.setattr(module, "_DROPLETS", ((60, 4.4, 0.02), (80, 5.2, 0.1)))  # a short clip
         assert main(["examples", str(folder / "examples")]) == 0
     for command in (
         ["sweep", str(folder / "small.toml"), "--out", str(folder / "sweep")],

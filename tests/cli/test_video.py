@@ -252,7 +252,8 @@ def test_interrupted_run_goes_on(filmed, tmp_path, program):
         (tmp_path / f"{name}.mp4").write_bytes(filmed.read_bytes())
     out = tmp_path / "out"
     files = [str(tmp_path / f"{name}.mp4") for name in ("one", "two", "three")]
-    command = [*program, "video", *files, *LABORATORY, *RINGS, "--out", str(out), "--workers", "1"]
+    options = ["--no-overlay", "--workers", "1", "--out", str(out)]
+    command = [*program, "video", *files, *LABORATORY, *RINGS, *options]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     marker = out / "clips" / "one" / "clip.json"
     deadline = time.monotonic() + 120
@@ -273,7 +274,7 @@ def test_interrupted_run_goes_on(filmed, tmp_path, program):
             "surface_tension_mN_m": 20.0,
         },
     )
-    result = measure_videos(files, out, settings, processes=1)
+    result = measure_videos(files, out, settings, overlay=False, processes=1)
     assert [each.reused for each in result.clips] == [True, False, False]
     assert len(result.collisions) == 6
     assert os.listdir(out / "clips" / "two")  # noqa: PTH208

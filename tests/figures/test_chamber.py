@@ -27,7 +27,9 @@ def picture(chamber, tmp_path_factory):
     """The picture, and a function from the design's mm to its row and column."""
     path = tmp_path_factory.mktemp("chamber") / "chamber.png"
     axes = chamber_design(chamber)
-    style.save(path, axes)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "DOTS_PER_INCH", axes.figure.dpi)  # a dot for each pixel of the axes
+        style.save(path, axes)
     pixels = imread(path)[..., :3]
 
     def at(x_um, y_um):

@@ -53,6 +53,7 @@ ZEROS = np.zeros((5, 5))
         ("x", (AXIS[:3], AXIS, ZEROS[:, :3], ZEROS[:, :3])),
         ("x", (AXIS[::-1], AXIS, ZEROS, ZEROS)),
         ("y", (AXIS, AXIS**3, ZEROS, ZEROS)),
+        ("y", (AXIS, 0.01 * AXIS + [0, 0, 1e-5, 0, 0], ZEROS, ZEROS)),
         ("y", (AXIS, [AXIS], ZEROS, ZEROS)),
         ("x", ([0, 1, 2, math.inf, 4], AXIS, ZEROS, ZEROS)),
         ("u", (AXIS, AXIS, ZEROS[:4], ZEROS)),

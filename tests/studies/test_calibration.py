@@ -17,6 +17,7 @@ from pinchoff.studies.calibration.sensitivity import sensitivity_table
 from pinchoff.studies.calibration.targets import PRESETS, as_target
 
 CONTROL = np.geomspace(0.04, 0.2, 6)
+COARSE = po.Parameters(vertex_count=48)
 QUICK = {"points": 3, "width": 0.02, "scan": 8, "progress": False}
 
 
@@ -223,12 +224,12 @@ def test_a_known_conversion_comes_back(soft, search_only):
 
 def test_simulated_collisions_give_their_constants_back(search_only):
     rng = np.random.default_rng(3)
-    base = po.Parameters(edge_stiffness=2.4, follow_daughters=False)
+    base = COARSE.replace(edge_stiffness=2.4, follow_daughters=False)
     drawn = zip(rng.uniform(16, 80, 300), rng.uniform(0, 0.25, 300), strict=True)
     table = po.simulate_many(
         [base.replace(simulation_capillary_number=ca, offset=y) for ca, y in drawn], progress=False
     )
-    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, evaluations=14, **QUICK)
+    found = po.calibrate(table, {"edge_stiffness": (1.5, 5)}, COARSE, evaluations=14, **QUICK)
     assert found.best.changes["edge_stiffness"] == pytest.approx(2.4, rel=0.1)
 
 
@@ -261,7 +262,8 @@ def test_a_search_that_was_cut_short_says_so(search_only):
 def test_a_search_is_taken_up(tmp_path, search_only, monkeypatch):
     def again():
         free = {"edge_stiffness": (2, 5)}
-        return po.calibrate("paper-simulation", free, evaluations=6, out=tmp_path, grid=0, **QUICK)
+        more = {"evaluations": 6, "out": tmp_path, "grid": 0, **QUICK}
+        return po.calibrate("paper-simulation", free, COARSE, **more)
 
     first = again()
     log = tmp_path / fitting.LOG

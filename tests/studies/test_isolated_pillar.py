@@ -71,22 +71,30 @@ def test_bk_is_relative_to_the_line_of_its_diameter(line):
     assert np.isnan(relative_breakup_number(contacts, unknown)).all()
 
 
-def test_contacts_become_collisions_that_can_be_fitted():
+@pytest.fixture
+def events():
     names = {"symmetry": 0.5, "speed": 0.8, "area": 0.7, "impact_parameter": 0.1}
-    events = pd.DataFrame(
+    return pd.DataFrame(
         [
             {"kind": "contact", "time": 1.0, "droplet_id": 0, "obstacle": 1, **names},
             {"kind": "contact", "time": 9.0, "droplet_id": 1, "obstacle": 0, **names},
             {"kind": "breakup", "time": 2.0, "droplet_id": 0, "x": 2.0, "y": 0.5},
         ]
     )
+
+
+def tabled(events, parameters):
     circles = np.array([[0.0, 0.0, 0.3], [2.0, 0.0, 0.4]])
-    contacts = contact_outcomes(events, circles, P, end=10.0)
-    table = contact_table(events, contacts, P)
+    return contact_table(events, contact_outcomes(events, circles, parameters, 10.0), parameters)
+
+
+def test_contacts_become_collisions_that_can_be_fitted(events):
+    table = tabled(events, P)
     assert table["accepted"].tolist() == [True, False]
     assert table["broke"].tolist() == [True, False]
     assert table["normalized_area"].tolist() == pytest.approx([0.7 / 0.16, 0.7 / 0.09])
     assert table["capillary_number"].tolist() == pytest.approx([9.8e-5 * 60 * 0.8] * 2)
+    assert table["ca_speed"].tolist() == ["contact"] * 2
     assert table["breakup_number"].tolist() == pytest.approx(
         breakup_number(
             table["capillary_number"],
@@ -94,3 +102,29 @@ def test_contacts_become_collisions_that_can_be_fitted():
             symmetry=table["symmetry"],
         ).tolist()
     )
+
+
+def test_contacts_take_what_ca_stands_for_from_the_parameters(events, line):
+    twice = P.replace(conversion_constant=2 * 9.8e-5)
+    table, usual = tabled(events, twice), tabled(events, P)
+    assert table["ca_per_ca_sim"].tolist() == [2 * 9.8e-5] * 2
+    assert table["capillary_number"].tolist() == (2 * usual["capillary_number"]).tolist()
+    assert (table["breakup_number"] > usual["breakup_number"]).all()
+    (number,) = isolated_pillar(twice, 0.3, 0.5, np.array([1.0]))["breakup_number"]
+    assert number > line["breakup_number"].iloc[1]  # and so does the line beside them
+
+
+def test_contacts_have_lengths_and_speeds_in_the_units_of_the_experiment(events):
+    experiment = po.Parameters.from_physical(
+        diameter="400 um",
+        obstacle_radius="85 um",
+        speed="2 mm/s",
+        viscosity="48 mPa s",
+        surface_tension="20 mN/m",
+        thickness="85 um",
+    )
+    table = tabled(events, experiment)
+    assert table["obstacle_radius_um"].tolist() == pytest.approx([0.4 * 400, 0.3 * 400])
+    assert table["area_um2"].tolist() == pytest.approx([0.7 * 400**2] * 2)
+    assert table["speed_mm_s"].tolist() == pytest.approx([1.6] * 2)
+    assert table["capillary_number"].tolist() == pytest.approx([48e-3 * 1.6e-3 / 20e-3] * 2)

@@ -9,7 +9,6 @@ import sys
 import time
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -362,24 +361,17 @@ def test_points_are_never_held(tmp_path, monkeypatch):
     assert most <= 2 * 64 + 2
 
 
-def growth_of_memory(folder: Path, rows: int) -> float:
-    """Return by how many MiB the largest memory of a process grows during a sweep."""
-    vary = {"offset": {"min": 0, "max": 1, "count": rows}}
-    program = (
-        "import resource, sys, pinchoff as po\n"
-        "def peak(): return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024\n"
-        f"po.sweep({ {**SHORT, **varied(offset=[0, 1])}!r}, sys.argv[1] + '-first')\n"
-        "before = peak()\n"
-        f"po.sweep({ {**SHORT, 'vary': vary}!r}, sys.argv[1])\n"
-        "print(peak() - before)\n"
-    )
-    place = str(folder / str(rows))
-    return float(subprocess.check_output([sys.executable, "-c", program, place]))
-
-
 @pytest.mark.skipif(sys.platform != "linux", reason="units of ru_maxrss")
 def test_memory_does_not_grow_with_the_rows(tmp_path):
-    few, many = growth_of_memory(tmp_path, 2_000), growth_of_memory(tmp_path, 20_000)
+    program = (
+        "import resource, sys, pinchoff as po\n"
+        "for rows in (2_000, 20_000):\n"
+        "    vary = {'offset': {'min': 0, 'max': 1, 'count': rows}}\n"
+        f"    po.sweep({SHORT!r} | {{'vary': vary}}, f'{{sys.argv[1]}}/{{rows}}')\n"
+        "    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)\n"
+    )
+    printed = subprocess.check_output([sys.executable, "-c", program, str(tmp_path)])
+    few, many = map(float, printed.split())  # MiB, the most that the process has had until then
     # 18 000 rows more are 7 MiB as a table, and 40 MiB or more as Python objects.
     assert many - few < 6
 

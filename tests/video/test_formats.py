@@ -539,6 +539,12 @@ def test_damaged_files_are_refused(tmp_path, suffix, content, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_a_damaged_picture_is_no_folder(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"no picture")
+    with pytest.raises(InputError, match="must be a readable picture; got "):
+        Clip(tmp_path / "a.png")
+
+
 def test_absurd_sizes_are_refused(tmp_path, refused):
     tifffile.imwrite(tmp_path / "a.tif", np.zeros((16, 16), np.uint8))
     with tifffile.TiffFile(tmp_path / "a.tif", mode="r+") as file:

@@ -136,7 +136,12 @@ def simulate(
     recording = keep or on_frame is not None
     with progress_bar(progress, "collision", parameters.time_limit) as show:
         _run(system, every, record if recording else None, show)
-    kept = _outlines(times, frames, circles, parameters) if keep else None
+    kept = None
+    if keep:
+        from pinchoff.model.outlines import Outlines  # only when asked for
+
+        values = parameters.model_dump(mode="json")
+        kept = Outlines.from_frames(times, frames, circles, values)
     own = obstacles is not None or droplets is not None
     met = first_meeting(parameters, system.contacts(), circles, starts) if own else {}
     return collision_of(parameters, system, kept, met)
@@ -161,14 +166,6 @@ def _run(
             return
         # A sample is a whole number of steps, close to its nominal length: half way is the next.
         system.advance(system.time + 0.5 * SAMPLE_INTERVAL)
-
-
-def _outlines(
-    times: list[float], frames: list[Frame], circles: Floats, parameters: Parameters
-) -> Outlines:
-    from pinchoff.model.outlines import Outlines  # only when asked for
-
-    return Outlines.from_frames(times, frames, circles, parameters.model_dump(mode="json"))
 
 
 def simulate_many(

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.collisions.law import breakup_number
-from pinchoff.collisions.schema import measured_table
-from pinchoff.support.paper_constants import CA_PER_CA_SIM
+from pinchoff.collisions.schema import COLUMNS, measured_table
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +20,7 @@ SETTLED = 3.0
 """A contact counts as one without a break-up once the droplet went on for so long, t0, unmerged."""
 
 SOURCE = "emulsion"
+_CA_STANDS_FOR = tuple(c for c in COLUMNS if c.name in ("ca_per_ca_sim", "ca_speed"))
 UNSETTLED = "neither broke nor went on for long enough before the run ended"
 
 
@@ -77,7 +77,7 @@ def contact_outcomes(
         times = merged.set_index(name)["time"].reindex(droplet).to_numpy(np.float64)
         seen = np.fmin(seen, times)
     number = breakup_number(
-        CA_PER_CA_SIM * parameters.simulation_capillary_number * met["speed"],
+        parameters.capillary_number * met["speed"],
         normalized_area=met["area"] / circles[pillar, 2] ** 2,
         symmetry=met["symmetry"],
     )
@@ -101,7 +101,8 @@ def contact_table(
 ) -> pd.DataFrame:
     """Return the contacts of a run as collisions, a row each, as `contact_outcomes` found them.
 
-    Ca is made with the droplet's speed at contact. The model is two-dimensional: z̃ is 1.
+    Ca is made with the droplet's speed at contact, and is that of the parameters for any size of a
+    droplet: the fluids are the same. The model is two-dimensional: z̃ is 1.
     """
     met = events[events["kind"].astype(str) == "contact"]
     speed = met["speed"].to_numpy(np.float64)
@@ -110,7 +111,9 @@ def contact_table(
     settled = contacts["settled"].to_numpy(bool)
     columns = {
         "source": np.full(len(contacts), SOURCE, dtype=object),
-        "capillary_number": CA_PER_CA_SIM * parameters.simulation_capillary_number * speed,
+        "capillary_number": parameters.capillary_number * speed,
+        "ca_per_ca_sim": np.full(len(contacts), parameters.ca_per_ca_sim),
+        "ca_speed": np.full(len(contacts), "contact", dtype=object),
         "normalized_area": area / radius**2,
         "normalized_thickness": np.ones(len(contacts)),
         "symmetry": contacts["symmetry"].to_numpy(np.float64),
@@ -125,4 +128,4 @@ def contact_table(
         columns["speed_mm_s"] = speed * parameters.scale.speed_mm_s
         columns["area_um2"] = area * parameters.scale.diameter_um**2
         columns["obstacle_radius_um"] = radius * parameters.scale.diameter_um
-    return measured_table(columns)
+    return measured_table(columns, more=_CA_STANDS_FOR)

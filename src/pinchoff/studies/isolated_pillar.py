@@ -19,7 +19,6 @@ from pinchoff.model.parameters import Parameters
 from pinchoff.studies.boundary import boundary
 from pinchoff.support.arguments import checked_positive
 from pinchoff.support.errors import InputError
-from pinchoff.support.paper_constants import CA_PER_CA_SIM
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -98,7 +97,7 @@ def isolated_pillar(
         symmetry = float(found["critical_symmetry"].iloc[0])
         contact = float(found["contact_speed"].iloc[0]) * speed
         number = breakup_number(
-            CA_PER_CA_SIM * parameters.simulation_capillary_number * contact,
+            parameters.capillary_number * contact,
             normalized_area=math.pi / 4 * (diameter / radius) ** 2,
             symmetry=symmetry,
         )

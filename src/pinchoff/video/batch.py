@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import os
 import shutil
+import uuid
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, closing
@@ -270,11 +272,20 @@ def _ended(job: Job) -> ClipOutcome:
 
 
 def _function_mark(segment: SegmentFunction) -> str:
-    """Return what changes when a user's own segmentation is changed."""
+    """Return what changes when a user's own segmentation does; it is new where that cannot be told.
+
+    All of its file counts, with constants and functions that it uses, and what it holds itself.
+    """
     from pinchoff.video.methods.function import function_name
 
-    code = getattr(segment, "__code__", None)
-    return function_name(segment) + ("" if code is None else f" {zlib.crc32(code.co_code):08x}")
+    try:
+        file = Path(inspect.getsourcefile(segment) or "")
+        source = file.read_text("utf-8") if file.is_file() else inspect.getsource(segment)
+        held = [cell.cell_contents for cell in segment.__closure__ or ()]
+        text = f"{source}{segment.__defaults__!r}{segment.__kwdefaults__!r}{held!r}"
+    except (TypeError, AttributeError, OSError, ValueError):  # no plain function, or no source
+        text = uuid.uuid4().hex
+    return f"{function_name(segment)} {zlib.crc32(text.encode()):08x}"
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
@@ -357,11 +368,7 @@ def _joined(clips: Sequence[ClipOutcome], out: Path) -> pd.DataFrame:
     table["collision_id"] = range(len(table))
     table.attrs["units"] = tables[0].attrs["units"]
     write_encounters(table, out / clip_folder.COLLISIONS)
-    for name, columns in (
-        (clip_folder.TRACKS, clip_folder.TRACK_COLUMNS),
-        (clip_folder.EVENTS, clip_folder.EVENT_COLUMNS),
-        (clip_folder.PLUGS, clip_folder.PLUG_COLUMNS),
-    ):
+    for name, columns in clip_folder.STREAMED.items():
         with TableWriter(out / name, columns) as together:
             for clip in clips:
                 with pq.ParquetFile(clip.folder / name) as one:

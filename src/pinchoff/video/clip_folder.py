@@ -33,7 +33,6 @@ COLLISIONS = "collisions.parquet"
 TRACKS = "tracks.parquet"
 EVENTS = "events.parquet"
 PLUGS = "plugs.parquet"
-TABLES = (COLLISIONS, TRACKS, EVENTS, PLUGS)
 OUTLINES = "outlines.gsd"
 OVERLAY = "overlay.mp4"
 OBSTACLES = "obstacles.toml"
@@ -74,6 +73,10 @@ PLUG_COLUMNS = (
     measure_column("area_um2", "µm²", "area"),
     measure_column("speed_mm_s", "mm/s", "of its centre, over the frames in which it is whole"),
 )
+STREAMED = {TRACKS: TRACK_COLUMNS, EVENTS: EVENT_COLUMNS, PLUGS: PLUG_COLUMNS}
+"""Tables that are written row by row."""
+
+TABLES = (COLLISIONS, *STREAMED)
 
 
 class ClipRecorder(HoldsFiles):

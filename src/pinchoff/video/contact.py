@@ -61,8 +61,10 @@ def rest_begins(gaps: Sequence[float] | Floats, bound: float) -> int | None:
     Only a gap as small as `bound`, in the same unit, can have come to rest.
     """
     history = np.maximum(gaps, 0.0)
-    closing = -np.diff(history)
     near = np.flatnonzero(history[1 : len(history) - _AFTER + 1] <= bound) + 1
+    if not len(near):
+        return None
+    closing = -np.diff(history)
     for k in near.tolist():
         fastest = max(0.0, float(closing[max(0, k - 1 - _BEFORE) : k - 1].max(initial=0.0)))
         later = (history[k - 1] - history[k + _AFTER - 1]) / _AFTER

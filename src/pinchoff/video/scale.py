@@ -15,25 +15,13 @@ _MOST_DESCRIBED = 12  # clips, each in a line
 
 
 def clip_of(path: Path, settings: VideoSettings) -> Clip:
-    """Return a clip with the part of it that is to be measured.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, or has no such part.
-    """
+    """Return a clip with the part of it that is to be measured."""
     wanted = ALL_FRAMES if settings.frames is None else frame_range(settings.frames)
     return Clip(path, settings.fps, wanted, settings.crop, settings.channel)
 
 
 def scaled(clip: Clip, settings: VideoSettings) -> tuple[VideoSettings, list[str]]:
-    """Return the settings with the pixel's size known, and what the user should know of it all.
-
-    Raises
-    ------
-    InputError
-        Neither the settings nor the file say the pixel's size.
-    """
+    """Return the settings with the pixel's size known, and what the user should know of it all."""
     about, notes = clip.about, list(clip.about.notes)
     pixel_um, told = settings.pixel_size_um, about.pixel_size_um
     if pixel_um is None and told is None:

@@ -264,20 +264,15 @@ class VideoSettings(Checked):
             "lattice.radius_um": None if lattice is None else lattice.radius_um,
             "maximum_diameter_um": self.maximum_diameter_um,
         }
-        for name, length in lengths.items():
-            if length is not None:
-                self._require_seen(name, length, size)
         smallest = self.minimum_diameter_um
         if smallest is not None and smallest / self.pixel_um > min(size):
-            self._require_seen("minimum_diameter_um", smallest, size)
-
-    def _require_seen(self, name: str, length: float, size: tuple[int, int]) -> None:
-        pixels = length / self.pixel_um
-        if SMALLEST_LENGTH_PX <= pixels <= max(size):
-            return
-        rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
-        got = f"{length:g} µm at {self.pixel_um:g} µm a pixel, {pixels:.3g} px"
-        raise InputError.of(name, rule, got, "check both lengths and their units")
+            lengths["minimum_diameter_um"] = smallest
+        for name, length in lengths.items():
+            pixels = math.nan if length is None else length / self.pixel_um
+            if pixels < SMALLEST_LENGTH_PX or pixels > max(size):
+                rule = f"from {SMALLEST_LENGTH_PX:g} pixels to the frame's {max(size)}"
+                got = f"{length:g} µm at {self.pixel_um:g} µm a pixel, {pixels:.3g} px"
+                raise InputError.of(name, rule, got, "check both lengths and their units")
 
     @property
     def minimum_area_px(self) -> float:

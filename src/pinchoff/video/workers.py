@@ -19,6 +19,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing.connection import wait as wait_for
 from multiprocessing.context import SpawnContext
 from types import FrameType
@@ -59,7 +60,6 @@ def all_done(
 
     Parameters
     ----------
-    jobs : sequence
     work : callable
         Function of a module that does a job. Its second argument is to be called with how much
         of it is done.
@@ -71,17 +71,15 @@ def all_done(
         Called now and then with how much is done of all jobs.
     """
     if processes <= 1:
-        before = 0.0
-        for job in jobs:
-            last = [0.0]
+        counts = [0] * len(jobs)
 
-            def count(done: float, last: list[float] = last, before: float = before) -> None:
-                last[0] = done
-                if show is not None:
-                    show(before + done)
+        def count(k: int, frames: int) -> None:
+            counts[k] = frames
+            if show is not None:
+                show(sum(counts))
 
-            yield work(job, count)
-            before += last[0]
+        for k, job in enumerate(jobs):
+            yield work(job, partial(count, k))
         return
     done = _CONTEXT.RawArray(ctypes.c_int64, [-1] * len(jobs))  # -1: not begun
     left = list(range(len(jobs)))
@@ -187,11 +185,8 @@ def _at_work() -> Iterator[None]:
 
 
 def _counted(work: Callable[[Job, Callable[[int], object]], Result], job: Job, k: int) -> Result:
-    _Worker.counts[k] = 0
-
-    def count(done: int) -> None:
-        _Worker.counts[k] = done
-
+    count = partial(_Worker.counts.__setitem__, k)
+    count(0)
     with _at_work():
         return work(job, count)
 

@@ -85,7 +85,7 @@ def exact_budgets(outline, separation, in_diameters, threshold, cap):
 def test_neck_equals_brute_force(random_outline, separation, in_diameters, count):
     """Thickness, and the pair named has that chord and is admissible; both ways of looking."""
     rng = np.random.default_rng(count)
-    for _ in range(300):
+    for _ in range(150):
         outline = random_outline(rng, count)
         if _core.self_intersects(outline):
             continue  # a coarse, twisted star may: it has no inside

@@ -21,7 +21,7 @@ SYMMETRY = _core.RESULT_FIELDS.index("symmetry")
 
 @pytest.fixture
 def separating_line(model):
-    """Function (abscissa, **constants) -> S_c: bisection on the offset, to 2e-5 D0."""
+    """Function (abscissa, **constants) -> S_c: bisection on the offset, to 6e-5 D0."""
 
     def find(abscissa, **constants):
         capillary = np.atleast_1d(abscissa) / (9.8e-5 * AREA)
@@ -43,7 +43,7 @@ def separating_line(model):
         assert breaks.all()
         breaks, s_outside = run(outside)
         assert not breaks.any()
-        for _ in range(14):
+        for _ in range(12):
             middle = (inside + outside) / 2
             breaks, s = run(middle)
             inside, outside = np.where(breaks, middle, inside), np.where(breaks, outside, middle)

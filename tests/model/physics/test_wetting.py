@@ -13,7 +13,7 @@ from pinchoff import _core
 
 PILLAR = 10.0  # D0: flat, to a droplet
 EVEN = {"edge_stiffness": 0.01}  # springs that hardly pull
-MODELS = {"deformable-particle": EVEN, "front-tracking": {}}
+MODELS = {"deformable-particle": EVEN, "front-tracking": {"vertex_count": 96}}
 
 
 @functools.cache
@@ -69,10 +69,11 @@ def test_contact_line_is_not_pinned_to_vertices():
         simulation_capillary_number=2,
         contact_angle=90,
         start_distance=11,
+        **MODELS["front-tracking"],
     )
     pillar, gentle, ends = np.array([[0.0, 0.0, PILLAR]]), po.flow.uniform(0.01, 0), []
     for angle in (60, 120):
-        outline, count = at_rest("front-tracking", angle)
+        outline, count = at_rest("front-tracking", angle, **MODELS["front-tracking"])
         outline, _ = _core.advance_front(p.model_row(), gentle, outline, pillar, 2e-5, 100_000)
         ends.append(angle_of(outline, PILLAR, 4.5 * spacing_of(count)))
     assert ends[0] == pytest.approx(ends[1], abs=0.01)

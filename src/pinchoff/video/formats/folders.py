@@ -68,7 +68,9 @@ class PictureFolder(Stack):
             except Exception as error:  # any decoder, of a damaged file
                 problem = problem or f"{path.name}: {reason_of(error)}"
         if not shapes:
-            raise InputError.of(str(self._path), "a folder with readable pictures", problem, CHOICE)
+            folder = self._path.is_dir()
+            rule = "a folder with readable pictures" if folder else "a readable picture"
+            raise InputError.of(str(self._path), rule, problem, CHOICE)
         shape = shapes.most_common(1)[0][0]
         return (shape[0], shape[1]), len(shape) == 3
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pinchoff.model.parameters import SAMPLE_INTERVAL, Parameters
 from pinchoff.model.simulation import simulate
 from pinchoff.support.errors import InputError
 from pinchoff.video.encounters import Laboratory, encounter_table, write_encounters
@@ -21,8 +22,6 @@ from pinchoff.video.writing import ClipWriter, require_video_extra
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from pinchoff.model.parameters import Parameters
 
 Pixels = NDArray[np.uint8]
 
@@ -79,8 +78,6 @@ def passage_of(parameters: Parameters, microscope: Microscope, laboratory: Labor
     >>> round(run.unit_px, 1), round(run.unit_s, 2)  # D0 in pixels and t0 in seconds
     (91.1, 0.47)
     """
-    from pinchoff.model.parameters import SAMPLE_INTERVAL
-
     run = simulate(parameters.replace(follow_daughters=True), outlines=SAMPLE_INTERVAL)
     assert run.outlines is not None
     diameter_um = parameters.size_ratio * laboratory.known("obstacle_radius_um")

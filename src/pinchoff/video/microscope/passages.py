@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -72,12 +72,12 @@ class Passage:
         return [{droplet.droplet_id: droplet for droplet in frame} for frame in self.outlines]
 
     @cached_property
-    def _at_first(self) -> list[_Gliding]:
+    def _at_first(self) -> list[Outline]:
         # The engine starts a droplet at rest; one record later the flow carries it.
         return _gliding(self._by_frame[min(1, len(self._by_frame) - 1)])
 
     @cached_property
-    def _at_last(self) -> list[_Gliding]:
+    def _at_last(self) -> list[Outline]:
         return _gliding(self._by_frame[-1])
 
     @cached_property
@@ -90,12 +90,10 @@ class Passage:
         """Return points of the run, (n, 2) in D0 with y up, in pixels with y down."""
         cosine, sine = math.cos(self.angle), math.sin(self.angle)
         along, up = points[:, 0] * self.unit_px, points[:, 1] * self.unit_px
-        return np.column_stack(
-            [
-                self.origin[0] + cosine * along + sine * up,
-                self.origin[1] + sine * along - cosine * up,
-            ]
-        )
+        placed = np.empty_like(points)
+        placed[:, 0] = self.origin[0] + cosine * along + sine * up
+        placed[:, 1] = self.origin[1] + sine * along - cosine * up
+        return placed
 
     def droplets_at(self, time_s: float) -> list[tuple[int, Floats]]:
         """Return (droplet_id, vertices (n, 2) in pixels) of every droplet at a time of the clip."""
@@ -107,9 +105,9 @@ class Passage:
         time = (time_s - self.start_s) / self.unit_s
         first = min(1, len(times) - 1)
         if time <= times[first]:
-            return _glided(self._at_first, time - times[first])
+            return [(d.droplet_id, _glided(d, time - times[first])) for d in self._at_first]
         if time >= times[-1]:
-            return _glided(self._at_last, time - times[-1])
+            return [(d.droplet_id, _glided(d, time - times[-1])) for d in self._at_last]
         k = int(np.searchsorted(times, time, side="right")) - 1
         share = (time - times[k]) / (times[k + 1] - times[k])
         after = self._by_frame[k + 1]
@@ -121,12 +119,11 @@ class Passage:
     @property
     def ends_before_obstacle(self) -> bool:
         """Whether droplets that glide on from the end of the run would go through an obstacle."""
-        for droplet in self._by_frame[-1].values():
-            velocity = np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities))
-            speed = float(np.hypot(*velocity))
+        for droplet in self._at_last:
+            speed = float(np.hypot(*droplet.velocities))
             if speed < _AT_REST:
                 continue
-            along = velocity / speed
+            along = droplet.velocities / speed
             for x, y, radius in self.outlines.obstacles:
                 before = np.array([x, y]) - droplet.vertices
                 ahead = before @ along > 0.0
@@ -137,34 +134,23 @@ class Passage:
 
     def moved(self, start_s: float, origin: tuple[float, float], angle: float) -> Passage:
         """Return the same run at another time and place."""
-        return Passage(self.outlines, self.unit_px, self.unit_s, origin, start_s, angle)
+        return replace(self, start_s=start_s, origin=origin, angle=angle)
 
 
-class _Gliding(NamedTuple):
-    """A droplet that glides on: its vertices, and their velocity."""
-
-    number: int
-    vertices: Floats
-    velocity: Floats
-
-
-def _gliding(droplets: dict[int, Outline]) -> list[_Gliding]:
+def _gliding(droplets: dict[int, Outline]) -> list[Outline]:
+    """Return droplets as a whole at the velocity of their centres of mass, (2,)."""
     return [
-        _Gliding(
-            number,
-            droplet.vertices,
-            np.array(_core.centroid_velocity(droplet.vertices, droplet.velocities)),
-        )
-        for number, droplet in droplets.items()
+        d._replace(velocities=np.array(_core.centroid_velocity(d.vertices, d.velocities)))
+        for d in droplets.values()
     ]
 
 
-def _glided(droplets: list[_Gliding], time: float) -> list[tuple[int, Floats]]:
-    return [(each.number, each.vertices + each.velocity * time) for each in droplets]
+def _glided(droplet: Outline, time: float) -> Floats:
+    return droplet.vertices + droplet.velocities * time
 
 
 def _between(droplet: Outline, after: Outline | None, share: float, time: float) -> Floats:
     # A droplet that the next record lacks has broken in between: until then it goes on.
     if after is None or len(after.vertices) != len(droplet.vertices):
-        return droplet.vertices + droplet.velocities * time
+        return _glided(droplet, time)
     return (1.0 - share) * droplet.vertices + share * after.vertices

@@ -44,20 +44,12 @@ class Scene:
         return np.unique(np.round(np.concatenate(circles), 6), axis=0)
 
     def droplets_at(self, time_s: float, size: tuple[int, int]) -> list[PlacedDroplet]:
-        """Return the droplets of which some part is in view.
-
-        Parameters
-        ----------
-        time_s : float
-            Time of the clip, seconds.
-        size : (int, int)
-            Width and height of the image, pixels.
-        """
-        placed = []
+        """Return the droplets that are wholly or partly in view of an image, (width, height)."""
+        placed, corner = [], np.array(size) - 0.5
         for number, passage in enumerate(self.passages):
             for droplet_id, vertices in passage.droplets_at(time_s):
                 low, high = vertices.min(axis=0), vertices.max(axis=0)
-                if np.all(high > -0.5) and np.all(low < np.array(size) - 0.5):
+                if (high > -0.5).all() and (low < corner).all():
                     placed.append(PlacedDroplet(number, droplet_id, vertices))
         return placed
 
