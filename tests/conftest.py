@@ -67,10 +67,12 @@ def browser() -> Iterator[Any]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def imports_are_kept() -> None:
+def imports_are_kept() -> Iterator[None]:
     """Let the collector of garbage pass over modules and tests, which stay to the end."""
     gc.collect()
     gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)

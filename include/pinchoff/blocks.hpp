@@ -17,7 +17,8 @@ inline void Island::begin(double time) {
     start_ = time;
     step_ = 0;
     time_step_ = world_->model.time_step;
-    sample_steps_ = std::max<std::int64_t>(1, std::llround(world_->sample_interval / time_step_));
+    sample_steps_ =
+        std::max<std::int64_t>(1, std::llround(world_->model.sample_interval / time_step_));
     strayed_ = false;
     renew_steps();
     const auto in_step = [&](const Droplet& d) { return d.lag == 0.5 * time_step_; };
@@ -95,11 +96,12 @@ inline std::int64_t Island::suggested_steps(const Budget& budget) const {
 /// A path is at most Δt √(n Σ|v|²) by Cauchy's inequality.
 inline bool Island::within(const Budget& budget, std::int64_t steps) {
     bool all = true;
+    const auto count = static_cast<double>(steps);
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         const Ring& ring = droplets_[i].ring;
         DropletLook& seen = look_.droplets[i];
-        seen.relative = time_step_ * std::sqrt(steps * largest_path(ring));
-        seen.drift = time_step_ * steps * std::hypot(ring.drift_x, ring.drift_y);
+        seen.relative = time_step_ * std::sqrt(count * largest_path(ring));
+        seen.drift = time_step_ * count * std::hypot(ring.drift_x, ring.drift_y);
         all = all && seen.relative <= budget.relative &&
               seen.relative + seen.drift <= budget.absolute;
     }

@@ -39,7 +39,10 @@ public:
     template <class Stop>
     void advance(double until, const Stop& stop) {
         const double samples = std::ceil(until / island_.sample_interval() - 1e-9);
-        while (!finished() && island_.step() < samples * island_.sample_steps() && !stop())
+        while (!finished() &&
+               static_cast<double>(island_.step()) <
+                   samples * static_cast<double>(island_.sample_steps()) &&
+               !stop())
             run_block();
     }
 

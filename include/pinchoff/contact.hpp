@@ -184,13 +184,13 @@ inline double facing_length(ContactLists& lists, std::size_t first, const Ring& 
     double length = 0;
     for (std::size_t t = first; t < end; ++t) {
         const int i = lists.touches[t].vertex;
-        const int before = i == 0 ? a.count - 1 : i - 1, after = i + 1 == a.count ? 0 : i + 1;
+        const int vertex_before = before(a, i), vertex_after = after(a, i);
         const std::size_t last = t == first ? end - 1 : t - 1, next = t + 1 == end ? first : t + 1;
         const double here = listed(t);
-        if (lists.touches[last].vertex != before)
-            length += near_part(before, unlisted(before), here);
-        const bool follows = lists.touches[next].vertex == after;
-        length += near_part(i, here, follows ? listed(next) : unlisted(after));
+        if (lists.touches[last].vertex != vertex_before)
+            length += near_part(vertex_before, unlisted(vertex_before), here);
+        const bool follows = lists.touches[next].vertex == vertex_after;
+        length += near_part(i, here, follows ? listed(next) : unlisted(vertex_after));
     }
     return length;
 }

@@ -92,12 +92,8 @@ public:
             ring.vx[i] = v[i].x;
             ring.vy[i] = v[i].y;
         }
-        wrap(ring.x, count, ring.padded);
-        wrap(ring.y, count, ring.padded);
-        for (int i = count; i < ring.padded; ++i) {
-            ring.vx[i] = ring.vx[i - count];
-            ring.vy[i] = ring.vy[i - count];
-        }
+        wrap(ring, ring.x, ring.y);
+        repeat_first(ring, ring.vx, ring.vy);
     }
 
     bool has_met(int obstacle) const {

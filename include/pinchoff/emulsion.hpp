@@ -42,7 +42,7 @@ public:
 
     Emulsion(const Emulsion&) = delete;
 
-    double time() const { return balance().windows * world_.sample_interval; }
+    double time() const { return balance().windows * world_.model.sample_interval; }
     const std::vector<Droplet>& droplets() const { return droplets_; }
     const Balance& balance() const { return ledger_.balance; }
     bool stopped() const { return stops_at_guard_ && balance().retired > 0; }
@@ -207,7 +207,7 @@ inline void Emulsion::bring_back() {
 
 /// Droplets come in as the fluid brings them; one that finds no room waits, and the next with it.
 inline void Emulsion::let_in() {
-    const double window = world_.sample_interval;
+    const double window = world_.model.sample_interval;
     inflow_.flow_for(world_, window);
     while (inflow_.due()) {
         const std::optional<Start> place = inflow_.find_place(world_, droplets_);
@@ -245,18 +245,28 @@ inline std::vector<double> Emulsion::state() const {
 
 inline void Emulsion::restore(std::span<const double> state) {
     StateReader from(state);
-    from.read(ledger_.balance);
-    next_id_ = from.whole();
-    from.read(inflow_);
-    films_.resize(from.count());
-    const std::size_t droplets = from.count();
-    for (Film& f : films_) from.read(f);
-    droplets_.clear();
-    for (std::size_t k = 0; k < droplets; ++k) droplets_.push_back(from.droplet(world_.model));
-    for (const Film& f : films_)
+    Balance balance;
+    Inflow inflow = inflow_;
+    from.read(balance);
+    const std::int64_t next_id = from.whole();
+    from.read(inflow);
+    std::vector<Film> films(from.count());
+    const std::size_t count = from.count();
+    for (Film& f : films) from.read(f);
+    std::vector<Droplet> droplets;
+    for (std::size_t k = 0; k < count; ++k) droplets.push_back(from.droplet(world_.model));
+    if (std::ranges::adjacent_find(droplets, std::ranges::greater_equal{}, &Droplet::id) !=
+        droplets.end())
+        throw std::invalid_argument("a state whose droplets are out of order");
+    for (const Film& f : films)
         for (const int id : {f.first, f.second})
-            if (std::ranges::find(droplets_, id, &Droplet::id) == droplets_.end())
+            if (!std::ranges::binary_search(droplets, id, {}, &Droplet::id))
                 throw std::invalid_argument("a state whose films have no droplets");
+    ledger_.balance = balance;
+    next_id_ = next_id;
+    inflow_ = std::move(inflow);
+    films_ = std::move(films);
+    droplets_ = std::move(droplets);
 }
 
 }  // namespace pinchoff

@@ -65,9 +65,9 @@ inline Finding Island::look_at_soundness(Look& look) const {
 /// The guard that one droplet violates, with what it saw.
 inline Guard Island::unsound(const Droplet& d, const Survey& s, double& value) const {
     value = s.reach / std::sqrt(d.ring.padded);
-    if (!(s.reach < limit_of(Guard::blow_up) * std::sqrt(d.ring.padded))) return Guard::blow_up;
+    if (blown_up(d.ring, s)) return Guard::blow_up;
     value = s.area / d.ring.rest_area - 1.0;
-    if (!(std::fabs(value) <= limit_of(Guard::area))) return Guard::area;
+    if (out_of_area(d.ring, s)) return Guard::area;
     if (world_->flow.kind == FlowKind::sampled) {
         value = outside(world_->flow, s.box);
         if (value > limit_of(Guard::flow_domain)) return Guard::flow_domain;
@@ -96,7 +96,8 @@ inline Finding Island::look_at_necks(Look& look) const {
         const Ring& ring = d.ring;
         DropletLook& seen = look.droplets[i];
         const bool breaks = !(ring.diameter < world_->smallest_breaking);
-        const double way = seen.survey.relative_speed * time_step_ * steps_to_sample();
+        const double way =
+            seen.survey.relative_speed * time_step_ * static_cast<double>(steps_to_sample());
         // One that does not break is looked at for its own sides alone, once they come near.
         const double room = breaks ? seen.neck_room : 0.5 * seen.thinnest - 3.0 * ring.rest_length;
         if (room > way / kBlockSafety && !(d.id == watched_ && at_sample())) {

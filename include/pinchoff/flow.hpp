@@ -1,6 +1,6 @@
 // Fluid velocity at a point. A flow is a small struct with a function Vec2 at(Vec2 r). Where
 // kByRing is true it is not evaluated in the loop over vertices that sums the forces, but before
-// it, by fill.
+// it, by fill(ring, x, y): at the places x, y (padded), into the ring's fluid_x, fluid_y.
 #pragma once
 
 #include <cmath>
@@ -71,11 +71,11 @@ struct BrinkmanFlow {
                 outside ? speed * (along * dx * dy) : 0.0};
     }
 
-    void fill(const Ring& ring) const {
+    void fill(const Ring& ring, const double* x_at, const double* y_at) const {
         constexpr int kCoefficients = 8;
         static_assert(kCoefficients % kWidth == 0);
         for (int first = 0; first < ring.padded; first += kWidth) {
-            const Lanes dx = load(ring.x + first) - x, dy = load(ring.y + first) - y;
+            const Lanes dx = load(x_at + first) - x, dy = load(y_at + first) - y;
             const Lanes r2 = dx * dx + dy * dy, inverse2 = 1.0 / r2, none{};
             double t[kWidth], inverse[kWidth];
             int cell[kWidth];
@@ -144,18 +144,24 @@ struct SampledFlow {
         double tx, ty;
         const int i = locate((r.x - x0) * inverse_dx, cells_x, wrap_x, tx);
         const int j = locate((r.y - y0) * inverse_dy, cells_y, wrap_y, ty);
-        return interpolate(i, j, tx, ty);
+        return interpolate(i, j, tx, weights_of(ty));
     }
 
-    /// Velocity at the fractions tx, ty of cell (i, j).
-    Vec2 interpolate(int i, int j, double tx, double ty) const {
+    /// Weights of the four nodes around a point.
+    struct Weights {
+        double first, second, third, fourth;
+    };
+
+    /// Those of a point a fraction t past the second of them.
+    static Weights weights_of(double t) {
+        return {t * (-0.5 + t * (1.0 - 0.5 * t)), 1.0 + t * t * (-2.5 + 1.5 * t),
+                t * (0.5 + t * (2.0 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
+    }
+
+    /// Velocity in cell (i, j): at the fraction tx along x, with weights of its rows of nodes.
+    Vec2 interpolate(int i, int j, double tx, const Weights& rows) const {
         const double* first = nodes + j * stride + 2 * i;
-        // Weights of the four nodes around a point a fraction t past the second of them.
-        const double w0 = ty * (-0.5 + ty * (1.0 - 0.5 * ty));
-        const double w1 = 1.0 + ty * ty * (-2.5 + 1.5 * ty);
-        const double w2 = ty * (0.5 + ty * (2.0 - 1.5 * ty));
-        const double w3 = ty * ty * (-0.5 + 0.5 * ty);
-        // The same along x, twice each: for u and for v.
+        // The weights along x, as polynomials in tx, twice each: for u and for v.
         alignas(64) static constexpr double kConstant[]{0, 0, 1, 1, 0, 0, 0, 0};
         alignas(64) static constexpr double kLinear[]{-0.5, -0.5, 0, 0, 0.5, 0.5, 0, 0};
         alignas(64) static constexpr double kSquare[]{1, 1, -2.5, -2.5, 2, 2, -0.5, -0.5};
@@ -163,28 +169,30 @@ struct SampledFlow {
         Lanes total{};
         for (int k = 0; k < 8; k += kWidth) {
             const double* at = first + k;
-            const Lanes column = w0 * load(at) + w1 * load(at + stride) +
-                                 w2 * load(at + 2 * stride) + w3 * load(at + 3 * stride);
+            const Lanes column = rows.first * load(at) + rows.second * load(at + stride) +
+                                 rows.third * load(at + 2 * stride) +
+                                 rows.fourth * load(at + 3 * stride);
             total += column *
                      (load(kConstant + k) +
                       tx * (load(kLinear + k) + tx * (load(kSquare + k) + tx * load(kCube + k))));
         }
-        Vec2 sum{total[0], total[1]};
-        for (int l = 2; l < kWidth; l += 2) sum = sum + Vec2{total[l], total[l + 1]};
-        return sum;
+        return sum_of_points(total);
     }
 
-    void fill(const Ring& ring) const {
+    void fill(const Ring& ring, const double* x_at, const double* y_at) const {
         for (int first = 0; first < ring.padded; first += kLanes) {
             // Apart from the interpolation, so that compilers vectorise it.
-            double tx[kLanes], ty[kLanes];
+            double tx[kLanes];
+            Weights rows[kLanes];
             int i[kLanes], j[kLanes];
             for (int l = 0; l < kLanes; ++l) {
-                i[l] = locate((ring.x[first + l] - x0) * inverse_dx, cells_x, wrap_x, tx[l]);
-                j[l] = locate((ring.y[first + l] - y0) * inverse_dy, cells_y, wrap_y, ty[l]);
+                i[l] = locate((x_at[first + l] - x0) * inverse_dx, cells_x, wrap_x, tx[l]);
+                double ty;
+                j[l] = locate((y_at[first + l] - y0) * inverse_dy, cells_y, wrap_y, ty);
+                rows[l] = weights_of(ty);
             }
             for (int l = 0; l < kLanes; ++l) {
-                const Vec2 fluid = interpolate(i[l], j[l], tx[l], ty[l]);
+                const Vec2 fluid = interpolate(i[l], j[l], tx[l], rows[l]);
                 ring.fluid_x[first + l] = fluid.x;
                 ring.fluid_y[first + l] = fluid.y;
             }

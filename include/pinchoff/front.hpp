@@ -39,12 +39,7 @@ AreaSums carry_and_tighten(const Ring& ring, const FlowAt& flow, const double* x
     const double* fluid_x = ring.fluid_x;
     const double* fluid_y = ring.fluid_y;
     const double mobility = ring.mobility * ring.constants.line_tension;
-    if constexpr (FlowAt::kByRing) {
-        Ring here = ring;
-        here.x = const_cast<double*>(x);
-        here.y = const_cast<double*>(y);
-        flow.fill(here);
-    }
+    if constexpr (FlowAt::kByRing) flow.fill(ring, x, y);
     PINCHOFF_INDEPENDENT
     for (int i = 0; i < ring.padded; ++i) {
         Vec2 fluid;

@@ -121,8 +121,7 @@ inline void hold_area(const Ring& ring, const double* x, const double* y, double
         wx[i] += 0.5 * q * (y[i + 1] - y[i - 1]);
         wy[i] += 0.5 * q * (x[i - 1] - x[i + 1]);
     }
-    wrap(wx, ring.count, ring.padded);
-    wrap(wy, ring.count, ring.padded);
+    wrap(ring, wx, wy);
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

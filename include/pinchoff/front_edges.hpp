@@ -26,12 +26,7 @@ inline double measure_edges(const Ring& ring, const double* x, const double* y) 
     }
     tx[-1] = tx[ring.count - 1];
     ty[-1] = ty[ring.count - 1];
-    const int whole = ring.count / kWidth * kWidth;
-    Lanes lanes{};
-    for (int i = 0; i < whole; i += kWidth) lanes += load(length + i);
-    double total = sum(lanes);
-    for (int i = whole; i < ring.count; ++i) total += length[i];
-    return total;
+    return sum(length, ring.count);
 }
 
 /// A line over the vertex numbers, to be taken off the sums in `slide`.
@@ -64,12 +59,7 @@ inline Slope even_out(const Ring& ring, double perimeter) {
         reached = Lanes{} + sums[kWidth - 1];
     }
     const double rise = slide[count] / count;
-    const int whole = count / kWidth * kWidth;
-    Lanes total{};
-    for (int i = 0; i < whole; i += kWidth) total += load(slide + i);
-    double mean_slide = sum(total);
-    for (int i = whole; i < count; ++i) mean_slide += slide[i];
-    return {mean_slide / count - 0.5 * rise * (count - 1), rise};
+    return {sum(slide, count) / count - 0.5 * rise * (count - 1), rise};
 }
 
 /// Velocity of all vertices with their slide into vx, vy. Track: add to the path of each vertex.
@@ -96,10 +86,7 @@ void finish_velocity(const Ring& ring, Slope line) {
             path[i] += dot(relative, relative);
         }
     }
-    for (int i = ring.count; i < ring.padded; ++i) {
-        vx[i] = vx[i - ring.count];
-        vy[i] = vy[i - ring.count];
-    }
+    repeat_first(ring, vx, vy);
 }
 
 }  // namespace pinchoff::inline PINCHOFF_ARCH

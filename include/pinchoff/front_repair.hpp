@@ -35,8 +35,7 @@ inline void keep_out(const Ring& ring, const Scene& scene, double* x, double* y)
             }
         }
     }
-    wrap(x, ring.count, ring.padded);
-    wrap(y, ring.count, ring.padded);
+    wrap(ring, x, y);
 }
 
 /// Edges longer than this times the radius of an obstacle are kept out of it too; shorter ones dip
@@ -57,7 +56,7 @@ inline void keep_edges_out(const Ring& ring, const Scene& scene) {
         if (edge_scale(ring) < kLongEdge * o.radius) continue;
         const double least = (1.0 - kEdgeDepth) * o.radius;
         for (int k = contact.first - 1; k < std::min(contact.last, ring.count); ++k) {
-            const int i = k < 0 ? ring.count - 1 : k, next = i + 1 == ring.count ? 0 : i + 1;
+            const int i = k < 0 ? ring.count - 1 : k, next = after(ring, i);
             const Vec2 a{x[i] - o.x, y[i] - o.y}, e{x[next] - x[i], y[next] - y[i]};
             const double f = smaller(larger(-dot(a, e) / dot(e, e), 0.0), 1.0);
             const Vec2 from = a + f * e;
@@ -73,8 +72,7 @@ inline void keep_edges_out(const Ring& ring, const Scene& scene) {
             y[next] += push * f * normal.y;
         }
     }
-    wrap(x, ring.count, ring.padded);
-    wrap(y, ring.count, ring.padded);
+    wrap(ring, x, y);
 }
 
 /// Take back what a step of finite length has changed of the area, by a shift along its gradient of
@@ -117,8 +115,7 @@ inline double shift_to_area(const Ring& ring, const Scene& scene) {
         x[i] += shift * dx[i];
         y[i] += shift * dy[i];
     }
-    wrap(x, ring.count, ring.padded);
-    wrap(y, ring.count, ring.padded);
+    wrap(ring, x, y);
     return error;
 }
 
@@ -153,23 +150,20 @@ inline void part_fronts(const Scene& scene) {
         const double f = near.fraction, share = 1.0 / (1.0 + f * f + (1.0 - f) * (1.0 - f));
         const double side = own && near.distance < 0.0 ? -1.0 : 1.0;
         const Vec2 shift = (side * share * lack) * near.normal;
-        const int next = near.edge + 1 == b.count ? 0 : near.edge + 1;
+        const int next = after(b, near.edge);
         a.x[touch.vertex] += shift.x;
         a.y[touch.vertex] += shift.y;
         b.x[near.edge] -= (1.0 - f) * shift.x;
         b.y[near.edge] -= (1.0 - f) * shift.y;
         b.x[next] -= f * shift.x;
         b.y[next] -= f * shift.y;
-        wrap(a.x, a.count, a.padded);
-        wrap(a.y, a.count, a.padded);
-        wrap(b.x, b.count, b.padded);
-        wrap(b.y, b.count, b.padded);
+        wrap(a, a.x, a.y);
+        wrap(b, b.x, b.y);
     }
     if (scene.touch_count == 0) return;
     for (int r = 0; r < scene.ring_count; ++r) {
         const Ring& ring = scene.rings[r];
-        if (!ring.pushed) continue;
-        restore(ring, scene);
+        if (ring.pushed) restore(ring, scene);
     }
 }
 

@@ -44,11 +44,11 @@ public:
     /// Starts the clock at a time, with the model's step or the part of it that is safe for all.
     void begin(double time);
 
-    double time() const { return start_ + step_ * time_step_; }
+    double time() const { return start_ + static_cast<double>(step_) * time_step_; }
     std::int64_t step() const { return step_; }
     std::int64_t sample_steps() const { return sample_steps_; }
     bool at_sample() const { return step_ % sample_steps_ == 0; }
-    double sample_interval() const { return sample_steps_ * time_step_; }
+    double sample_interval() const { return static_cast<double>(sample_steps_) * time_step_; }
     std::int64_t steps_taken() const { return steps_taken_; }
     std::int64_t vertex_updates() const { return vertex_updates_; }
     bool stopped() const { return alarm_.guard != Guard::none; }
@@ -210,6 +210,7 @@ inline void Island::clear() {
     look_.droplets.clear();
     look_.lists.clear();
     boxes_.clear();
+    pairs_.clear();
     ids_given_ = 0;
     steps_taken_ = vertex_updates_ = 0;
     alarm_ = {};

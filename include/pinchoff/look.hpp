@@ -43,6 +43,16 @@ struct Finding {
     }
 };
 
+/// Whether a droplet is farther away than any may be, or has a vertex that is nowhere.
+inline bool blown_up(const Ring& ring, const Survey& seen) {
+    return !(seen.reach < limit_of(Guard::blow_up) * std::sqrt(ring.padded));
+}
+
+/// Whether its area is as far from what it should be as no droplet's may be, or no number.
+inline bool out_of_area(const Ring& ring, const Survey& seen) {
+    return !(std::fabs(seen.area / ring.rest_area - 1.0) <= limit_of(Guard::area));
+}
+
 /// Distances between one droplet and one obstacle.
 struct Nearby {
     int droplet, obstacle;

@@ -79,6 +79,16 @@ inline double sum(Lanes a) {
     for (int l = 1; l < kWidth; ++l) total += a[l];
     return total;
 }
+/// Sum of so many numbers, whole registers first.
+inline double sum(const double* values, int count) {
+    const int whole = count / kWidth * kWidth;
+    Lanes lanes{};
+    for (int i = 0; i < whole; i += kWidth) lanes += load(values + i);
+    double total = sum(lanes);
+    for (int i = whole; i < count; ++i) total += values[i];
+    return total;
+}
+
 inline double least(Lanes a) {
     double out = a[0];
     for (int l = 1; l < kWidth; ++l) out = smaller(out, a[l]);
@@ -88,6 +98,20 @@ inline double most(Lanes a) {
     double out = a[0];
     for (int l = 1; l < kWidth; ++l) out = larger(out, a[l]);
     return out;
+}
+
+/// Sum of the points whose x and y are lanes next to each other, one after the other.
+inline Vec2 sum_of_points(Lanes a) {
+    using Point = double __attribute__((vector_size(2 * sizeof(double))));
+    Point total = __builtin_shufflevector(a, a, 0, 1);
+#if defined(__AVX__)
+    total += __builtin_shufflevector(a, a, 2, 3);
+#endif
+#if defined(__AVX512F__)
+    total += __builtin_shufflevector(a, a, 4, 5);
+    total += __builtin_shufflevector(a, a, 6, 7);
+#endif
+    return {total[0], total[1]};
 }
 
 /// In each lane the sum of the lanes up to it.

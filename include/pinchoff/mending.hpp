@@ -15,6 +15,7 @@ inline void Island::remove(int index) {
     droplets_.erase(droplets_.begin() + index);
     look_.droplets.erase(look_.droplets.begin() + index);
     boxes_.clear();
+    pairs_.clear();
 }
 
 /// A droplet that a guard refuses is re-spaced at its proper area, without the loops in which it

@@ -90,14 +90,14 @@ public:
         }
         const double width = period.x > 0.0 ? period.x : all.right - all.left;
         const double height = period.y > 0.0 ? period.y : all.top - all.bottom;
-        const double side = std::sqrt(std::max(width, 1e-9) * std::max(height, 1e-9) /
-                                      std::max<std::size_t>(obstacles_.size(), 1));
+        const auto count = static_cast<double>(std::max<std::size_t>(obstacles_.size(), 1));
+        const double side = std::sqrt(std::max(width, 1e-9) * std::max(height, 1e-9) / count);
         left_ = all.left;
         bottom_ = all.bottom;
         columns_ = cells(width, side);
         rows_ = cells(height, side);
-        cell_x_ = width > 0.0 ? width / columns_ : 1.0;
-        cell_y_ = height > 0.0 ? height / rows_ : 1.0;
+        cell_x_ = width > 0.0 ? width / static_cast<double>(columns_) : 1.0;
+        cell_y_ = height > 0.0 ? height / static_cast<double>(rows_) : 1.0;
         sort_into_cells();
     }
 
@@ -123,9 +123,8 @@ public:
                 const std::size_t cell =
                     (j - turns_y * rows_) * columns_ + (i - turns_x * columns_);
                 for (int k = starts_[cell]; k < starts_[cell + 1]; ++k) {
-                    const ObstacleImage image{
-                        members_[k].index,
-                        members_[k].shift + Vec2{turns_x * period_.x, turns_y * period_.y}};
+                    const ObstacleImage image{members_[k].index,
+                                              members_[k].shift + way_of(turns_x, turns_y)};
                     const Obstacle o = seen(image);
                     if (gap(box_of({o.x, o.y}), box) <= o.radius + reach) out.push_back(image);
                 }
@@ -152,12 +151,19 @@ private:
         return a >= 0 ? a / b : -((b - 1 - a) / b);
     }
 
+    /// So many periods.
+    Vec2 way_of(std::int64_t turns_x, std::int64_t turns_y) const {
+        return {static_cast<double>(turns_x) * period_.x, static_cast<double>(turns_y) * period_.y};
+    }
+
     /// Cells from one place to another; past the ends the last ones, or, where space repeats, on.
     static std::pair<std::int64_t, std::int64_t> range(double from, double to, double side,
                                                        std::int64_t count, bool periodic) {
-        const double most = 1e9;
-        auto first = static_cast<std::int64_t>(std::floor(std::clamp(from / side, -most, most)));
-        auto last = static_cast<std::int64_t>(std::floor(std::clamp(to / side, -most, most)));
+        const auto cell = [side](double place) {
+            constexpr double kMost = 1e9;
+            return static_cast<std::int64_t>(std::floor(std::clamp(place / side, -kMost, kMost)));
+        };
+        const std::int64_t first = cell(from), last = cell(to);
         if (periodic) return {first, last};
         return {std::clamp<std::int64_t>(first, 0, count - 1),
                 std::clamp<std::int64_t>(last, 0, count - 1)};
@@ -175,8 +181,7 @@ private:
                                turns_y = floor_divide(j, rows_);
             i -= turns_x * columns_;
             j -= turns_y * rows_;
-            placed.push_back(
-                {j * columns_ + i, {index, {-turns_x * period_.x, -turns_y * period_.y}}});
+            placed.push_back({j * columns_ + i, {index, way_of(-turns_x, -turns_y)}});
         }
         std::ranges::stable_sort(placed, {}, [](const auto& p) { return p.first; });
         starts_.assign(columns_ * rows_ + 1, 0);
@@ -241,7 +246,7 @@ private:
     void share_cells(std::span<const Box> boxes, Period period) {
         double side = 0;
         for (const Box& b : boxes) side += std::max(b.right - b.left, b.top - b.bottom);
-        side /= static_cast<double>(boxes.size());
+        side = std::max(side / static_cast<double>(boxes.size()), 1e-9);
         const auto columns = static_cast<std::int64_t>(period.x / side),
                    rows = static_cast<std::int64_t>(period.y / side);
         const double cell_x = columns > 0 ? period.x / static_cast<double>(columns) : side;

@@ -34,12 +34,13 @@ inline std::vector<Vec2> evenly_spaced(const std::vector<Vec2>& line, const RayS
         along[i + 1] =
             along[i] + std::hypot(line[(i + 1) % n].x - line[i].x, line[(i + 1) % n].y - line[i].y);
     const double length = along[n];
+    // In this order a length that is not a number gives the fewest.
     const auto count = static_cast<std::size_t>(
-        std::clamp(length / rule.spacing, double(rule.fewest), double(rule.most)));
+        std::min<double>(std::max<double>(rule.fewest, length / rule.spacing), rule.most));
     std::vector<Vec2> points(count);
     std::size_t side = 0;
     for (std::size_t k = 0; k < count; ++k) {
-        const double place = k * (length / count);
+        const double place = static_cast<double>(k) * (length / static_cast<double>(count));
         while (side + 1 < n && along[side + 1] <= place) ++side;
         const Vec2 a = line[side], b = line[(side + 1) % n];
         const double step = along[side + 1] - along[side];
@@ -120,10 +121,15 @@ struct Picture {
     const float* values;
     std::ptrdiff_t height, width;
 
+    /// The nearest place in a row or column of so many pixels; the first where it is no number.
+    static double within(double place, std::ptrdiff_t count) {
+        return place > 0.0 ? std::min(place, static_cast<double>(count - 1)) : 0.0;
+    }
+
     /// Between the four pixels about a place; beyond the edge as at the edge.
     float at(double x, double y) const {
-        x = std::clamp(x, 0.0, static_cast<double>(width - 1));
-        y = std::clamp(y, 0.0, static_cast<double>(height - 1));
+        x = within(x, width);
+        y = within(y, height);
         const auto left =
             std::min(static_cast<std::ptrdiff_t>(x), std::max<std::ptrdiff_t>(width - 2, 0));
         const auto top =

@@ -37,10 +37,11 @@ inline void Island::seek_neighbours() {
     boxes_.resize(droplets_.size());
     for (std::size_t i = 0; i < droplets_.size(); ++i) {
         Droplet& d = droplets_[i];
-        const Box& box = look_.droplets[i].survey.box;
-        if (!d.sought || !(room_in(d.kept, box) > 0.25 * kKeptMargin)) {
-            seek_obstacles(d, box);
-        }
+        const Survey& seen = look_.droplets[i].survey;
+        // One that is refused at once is not compared with anybody; its box may hold all others.
+        const bool refused = blown_up(d.ring, seen) || out_of_area(d.ring, seen);
+        const Box box = refused ? Box{0, 0, 0, 0} : seen.box;
+        if (!d.sought || !(room_in(d.kept, box) > 0.25 * kKeptMargin)) seek_obstacles(d, box);
         changed = changed || d.kept.left != boxes_[i].left || d.kept.top != boxes_[i].top ||
                   d.kept.right != boxes_[i].right || d.kept.bottom != boxes_[i].bottom;
         boxes_[i] = d.kept;

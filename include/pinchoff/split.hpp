@@ -226,7 +226,7 @@ inline void scale_to_area(Shape& s, double area) {
 inline Vec2 mean(const std::vector<Vec2>& v) {
     Vec2 sum{0, 0};
     for (const Vec2& a : v) sum = sum + a;
-    return (1.0 / v.size()) * sum;
+    return (1.0 / static_cast<double>(v.size())) * sum;
 }
 
 }  // namespace pinchoff

@@ -17,11 +17,25 @@
 
 namespace pinchoff::inline PINCHOFF_ARCH {
 
-/// Fill the ghost vertices from the vertices they repeat.
-inline void wrap(double* a, int count, int padded) {
-    a[-1] = a[count - 1];
-    for (int i = count; i <= padded; ++i) a[i] = a[i - count];
+/// Fill the ghost vertices of two arrays of a ring from the vertices they repeat.
+inline void wrap(const Ring& ring, double* x, double* y) {
+    for (double* a : {x, y}) {
+        a[-1] = a[ring.count - 1];
+        for (int i = ring.count; i <= ring.padded; ++i) a[i] = a[i - ring.count];
+    }
 }
+
+/// The same of arrays without ghosts at their ends.
+inline void repeat_first(const Ring& ring, double* x, double* y) {
+    for (int i = ring.count; i < ring.padded; ++i) {
+        x[i] = x[i - ring.count];
+        y[i] = y[i - ring.count];
+    }
+}
+
+/// The vertices, and the edges that start at them, before and after one.
+inline int before(const Ring& ring, int i) { return i == 0 ? ring.count - 1 : i - 1; }
+inline int after(const Ring& ring, int i) { return i + 1 == ring.count ? 0 : i + 1; }
 
 /// Tension of every edge into pull_x, pull_y; returns the signed area.
 inline double pull_edges(Ring ring) {
@@ -47,7 +61,7 @@ inline double pull_edges(Ring ring) {
 template <bool Push, bool Track, class FlowAt>
 void kick(const Ring& ring, const FlowAt& flow, Relaxation relaxation) {
     const double p = pressure(pull_edges(ring), ring.rest_area, ring.area_stiffness);
-    if constexpr (FlowAt::kByRing) flow.fill(ring);
+    if constexpr (FlowAt::kByRing) flow.fill(ring, ring.x, ring.y);
     const double* fluid_x = ring.fluid_x;
     const double* fluid_y = ring.fluid_y;
     const double* x = ring.x;
@@ -94,8 +108,7 @@ inline void drift(const Ring& ring, double time_step) {
         x[i] += time_step * vx[i];
         y[i] += time_step * vy[i];
     }
-    wrap(ring.x, ring.count, ring.padded);
-    wrap(ring.y, ring.count, ring.padded);
+    wrap(ring, x, y);
 }
 
 /// Repulsion of the listed vertices from their obstacle.
@@ -128,7 +141,7 @@ inline void pull_to_wall(const Ring& ring, const Obstacle& o, const double* x, c
         const Vec2 a{x[i] - o.x, y[i] - o.y}, b{x[i + 1] - o.x, y[i + 1] - o.y};
         if (smaller(dot(a, a), dot(b, b)) > reach * reach) continue;
         const EdgeForces f = adhesion_forces(ring, o.radius, a, b);
-        const int next = i + 1 == ring.count ? 0 : i + 1;
+        const int next = after(ring, i);
         fx[i] += scale * f.start.x;
         fy[i] += scale * f.start.y;
         fx[next] += scale * f.end.x;
@@ -143,10 +156,7 @@ inline void pull_to_walls(const Scene& scene) {
         const Ring& ring = scene.rings[contact.ring];
         if (!(ring.constants.adhesion > 0.0) || !contact.met) continue;
         pull_to_wall(ring, contact.obstacle, ring.x, ring.y, 1.0, ring.push_x, ring.push_y);
-        for (int i = ring.count; i < ring.padded; ++i) {
-            ring.push_x[i] = ring.push_x[i - ring.count];
-            ring.push_y[i] = ring.push_y[i - ring.count];
-        }
+        repeat_first(ring, ring.push_x, ring.push_y);
     }
 }
 
@@ -186,7 +196,7 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     int edge = first;
     double fraction = 0.0, least2 = 1e300;
     Vec2 off{0.0, 0.0};
-    for (int n = 0, k = first; n < count; ++n, k = k + 1 == ring.count ? 0 : k + 1) {
+    for (int n = 0, k = first; n < count; ++n, k = after(ring, k)) {
         const Foot foot = foot_on(ring, r, k);
         if (dot(foot.apart, foot.apart) < least2) {
             least2 = dot(foot.apart, foot.apart);
@@ -197,10 +207,8 @@ inline Nearest nearest_edge(const Ring& ring, Vec2 r, int first, int count) {
     }
     // At a corner the side is told by both edges: past a sharp one, either alone may be wrong.
     Vec2 outward = edge_normal(ring, edge);
-    if (fraction == 0.0)
-        outward = outward + edge_normal(ring, edge == 0 ? ring.count - 1 : edge - 1);
-    if (fraction == 1.0)
-        outward = outward + edge_normal(ring, edge + 1 == ring.count ? 0 : edge + 1);
+    if (fraction == 0.0) outward = outward + edge_normal(ring, before(ring, edge));
+    if (fraction == 1.0) outward = outward + edge_normal(ring, after(ring, edge));
     const double side = dot(off, outward) < 0.0 ? -1.0 : 1.0, distance = std::sqrt(least2);
     // On the outline itself the direction of `off` is lost in round-off.
     const bool on_outline = distance < 1e-12;
@@ -252,7 +260,7 @@ inline void push_droplets_apart(const Scene& scene) {
         const Nearest near =
             nearest_edge(b, vertex_seen_by(scene, touch), touch.first_edge, touch.edge_count);
         const Vec2 f = touch_force(a, b, near);
-        const int next = near.edge + 1 == b.count ? 0 : near.edge + 1;
+        const int next = after(b, near.edge);
         a.push_x[touch.vertex] += f.x;
         a.push_y[touch.vertex] += f.y;
         b.push_x[near.edge] -= (1.0 - near.fraction) * f.x;

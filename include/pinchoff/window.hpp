@@ -71,12 +71,11 @@ private:
             Droplet& d = droplets[i];
             world_->kernels.survey(d.ring, d.seen.survey);
             const Survey& seen = d.seen.survey;
-            // One that has blown up is refused at once, alone; its box would mean nothing.
-            const bool sound = seen.reach < limit_of(Guard::blow_up) * std::sqrt(d.ring.padded) &&
-                               std::isfinite(seen.speed);
+            // One that has blown up is refused at once, alone.
+            const bool sound = !blown_up(d.ring, seen) && std::isfinite(seen.speed);
             boxes_[i] = sound ? grown(seen.box, 0.5 * d.ring.rest_length) : Box{0, 0, 0, 0};
             ways_[i] =
-                sound ? (kWayFactor * seen.speed + kWaySpeed) * world_->sample_interval : 0.0;
+                sound ? (kWayFactor * seen.speed + kWaySpeed) * world_->model.sample_interval : 0.0;
             d.travelled = 0;
             d.sought = false;  // so that what is known of neighbours is no part of the state
             d.place = static_cast<int>(i);

@@ -22,7 +22,6 @@ struct World {
     ObstacleGrid obstacles;
     const Kernels& kernels;
     Period period{};
-    double sample_interval = model.sample_interval;  // t0
     bool retires = false;          // a droplet that a guard refuses is taken out; or the run ends
     double smallest_breaking = 0;  // diameter below which a droplet's neck is not looked at, D0
     bool exhaustive = false;       // everybody is compared with everybody, for tests

@@ -10,6 +10,9 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <initializer_list>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "kernels.hpp"
@@ -34,12 +37,27 @@ inline std::vector<Vec2> points_of(Points points) {
     return r;
 }
 
-/// A NumPy array that owns a copy of rows * columns values.
+/// A NumPy array that takes over its values.
+template <class Array>
+Array array_owning(std::unique_ptr<typename Array::Scalar[]> values,
+                   std::initializer_list<std::size_t> shape) {
+    using Scalar = typename Array::Scalar;
+    nb::capsule owner(values.get(), [](void* p) noexcept { delete[] static_cast<Scalar*>(p); });
+    return Array(values.release(), shape, owner);
+}
+
+/// A NumPy array of a copy of the values.
+template <class Array, class Value>
+Array array_copying(const Value* values, std::initializer_list<std::size_t> shape) {
+    std::size_t count = 1;
+    for (const std::size_t side : shape) count *= side;
+    auto copy = std::make_unique<typename Array::Scalar[]>(count);
+    std::copy_n(values, count, copy.get());
+    return array_owning<Array>(std::move(copy), shape);
+}
+
 inline Matrix matrix_of(const double* values, std::size_t rows, std::size_t columns) {
-    double* copy = new double[rows * columns];
-    std::copy_n(values, rows * columns, copy);
-    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return Matrix(copy, {rows, columns}, owner);
+    return array_copying<Matrix>(values, {rows, columns});
 }
 
 inline Matrix array_of(const std::vector<Vec2>& r) {
@@ -48,10 +66,7 @@ inline Matrix array_of(const std::vector<Vec2>& r) {
 }
 
 inline Vector array_of(const std::vector<double>& values) {
-    double* copy = new double[values.size()];
-    std::copy(values.begin(), values.end(), copy);
-    nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return Vector(copy, {values.size()}, owner);
+    return array_copying<Vector>(values.data(), {values.size()});
 }
 
 void bind_geometry(nb::module_& m);

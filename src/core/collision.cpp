@@ -17,10 +17,10 @@ struct System {
     Collision collision;
 };
 
-void make_system(System* self, Row model, nb::object flow, Triples obstacles, Triples droplets) {
-    const Flow plain = nb::cast<const FlowObject&>(flow).flow;
-    new (self) System{flow, Collision(checked_model(model), plain, obstacles_of(obstacles),
-                                      starts_of(droplets), best_kernels())};
+void make_system(System* self, Row model, FlowHandle flow, Triples obstacles, Triples droplets) {
+    new (self) System{nb::borrow(flow),
+                      Collision(checked_model(model), flow_of(flow), obstacles_of(obstacles),
+                                starts_of(droplets), best_kernels())};
 }
 
 void advance_system(System& self, double time) {
@@ -121,7 +121,7 @@ Matrix run_many(Rows models, const FlowObject* flow, int threads, nb::object pro
     {
         const nb::gil_scoped_release release;
         run_jobs(
-            count, std::min<std::size_t>(threads, std::max<std::size_t>(count, 1)),
+            count, static_cast<int>(std::clamp<std::size_t>(count, 1, threads)),
             [&](std::size_t i, const std::atomic<bool>& stop) {
                 results[i] = run_one(model_of(rows + i * kModelFields), flow, stop);
             },
@@ -206,6 +206,10 @@ void bind_collision(nb::module_& m) {
 }  // namespace pinchoff
 
 NB_MODULE(_core, m) {
+#ifdef NDEBUG
+    // At exit Python leaves alive what threads and modules still hold; users would read of leaks.
+    nb::set_leak_warnings(false);
+#endif
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_flows(m);

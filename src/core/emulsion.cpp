@@ -10,7 +10,8 @@ namespace pinchoff {
 
 namespace {
 
-using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Numbers = Row;
+using Four = nb::ndarray<const double, nb::shape<4>, nb::c_contig, nb::device::cpu>;
 
 /// An emulsion with the threads that it runs on and the flow that it refers to.
 struct EmulsionRun {
@@ -23,17 +24,21 @@ std::vector<double> numbers_of(Numbers values) {
     return {values.data(), values.data() + values.size()};
 }
 
-void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, Triples droplets,
-              Numbers cell, bool periodic_x, bool periodic_y, double window,
-              double smallest_breaking, Numbers inlet, Numbers diameters, double outlet,
-              Numbers coalescence, std::uint64_t seed, int threads, bool stops_at_guard,
-              bool exhaustive) {
+void make_run(EmulsionRun* self, Row model, FlowHandle flow, Triples obstacles, Triples droplets,
+              Four cell, bool periodic_x, bool periodic_y, double window, double smallest_breaking,
+              Four inlet, Numbers diameters, double outlet, Numbers coalescence, std::uint64_t seed,
+              int threads, bool stops_at_guard, bool exhaustive) {
+    if (threads < 1)
+        throw nb::value_error("threads must be at least 1; got less; give the number of cores");
+    if (coalescence.size() != 0 && coalescence.size() != 3)
+        throw nb::value_error("coalescence must be 3 numbers or none; got others; see the help");
+    Model sampled = row_model(model);
+    sampled.sample_interval = window;
     const Box box{cell.data()[0], cell.data()[1], cell.data()[2], cell.data()[3]};
     const Period period{periodic_x ? box.right - box.left : 0.0,
                         periodic_y ? box.top - box.bottom : 0.0};
-    World world{checked_model(model), nb::cast<const FlowObject&>(flow).flow,
-                ObstacleGrid(obstacles_of(obstacles), period), best_kernels(), period};
-    world.sample_interval = window;
+    World world{clocked(sampled), flow_of(flow), ObstacleGrid(obstacles_of(obstacles), period),
+                best_kernels(), period};
     world.retires = true;
     world.smallest_breaking = smallest_breaking;
     world.exhaustive = exhaustive;
@@ -48,8 +53,8 @@ void make_run(EmulsionRun* self, Row model, nb::object flow, Triples obstacles, 
     settings.outlet = outlet;
     settings.seed = seed;
     settings.stops_at_guard = stops_at_guard;
-    new (self)
-        EmulsionRun{flow, Team(threads), Emulsion(std::move(world), settings, starts_of(droplets))};
+    new (self) EmulsionRun{nb::borrow(flow), Team(threads),
+                           Emulsion(std::move(world), settings, starts_of(droplets))};
 }
 
 /// Whole windows; fewer where Python has a signal or a guard ended the run.

@@ -108,7 +108,11 @@ void bind_geometry(nb::module_& m) {
         [](Points r, int i, int j, int first_count, int second_count) {
             const std::vector<Vec2> whole = counter_clockwise(r);
             const int n = static_cast<int>(whole.size());
-            if (!(0 <= i && i + 1 < j && j < n && j - i < n - 1))
+            if (first_count < 3 || second_count < 3)
+                throw nb::value_error(
+                    "first_count and second_count must be at least 3; got less; give numbers of "
+                    "vertices");
+            if (!(0 <= i && i < j - 1 && j < n && j - i < n - 1))
                 throw nb::value_error(
                     "i and j must be indices of two vertices that are not neighbours, i < j; got "
                     "others; use those of neck()");

@@ -23,6 +23,11 @@ struct FlowObject {
     std::vector<double> nodes;
 };
 
+/// A flow that a run refers to: the run keeps it, and with it the node values, alive.
+using FlowHandle = nb::handle_t<FlowObject>;
+
+inline const Flow& flow_of(FlowHandle handle) { return nb::cast<const FlowObject&>(handle).flow; }
+
 /// Stokes' flow round one obstacle: that of a run to which no other is given.
 inline Flow stokes_flow(const Obstacle& obstacle) {
     Flow flow;

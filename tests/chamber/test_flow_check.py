@@ -52,6 +52,20 @@ def test_the_mean_speed_is_that_of_what_flows_through_the_imaging_area(check, sm
     assert check.imaging_speed_mm_s == pytest.approx(speed, rel=0.02)
 
 
+def test_the_droplet_channel_carries_its_share_of_what_comes_in(check, small):
+    at, half = small.layout.stations, small.junction.channel_width_um / 2
+    central = check.flow_rate_uL_min((at.channel + at.imaging) / 2, -half, half)
+    whole = small.operation.oil_rate_uL_min + small.operation.water_rate_uL_h / 60
+    summary = check.summary
+    assert summary["droplet_channel_share"] == pytest.approx(
+        central / whole, rel=0.02
+    )  # near corners
+    speed = central / 60 / (2 * half * small.thickness_um * 1e-6)
+    assert summary["droplet_channel_speed_mm_s"] == pytest.approx(speed)
+    ratio = summary["droplet_channel_over_imaging_speed"]
+    assert ratio == pytest.approx(speed / check.imaging_speed_mm_s)
+
+
 def test_groups_follow_from_the_speed(check):
     speed, summary = check.imaging_speed_mm_s, check.summary
     assert summary["capillary_number"] == pytest.approx(0.048 * speed * 1e-3 / 0.020)

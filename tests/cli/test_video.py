@@ -24,6 +24,9 @@ LABORATORY = [
 ]
 RINGS = ["--set", "method=rings"]
 """The method that the clip itself chooses, for tests of other things: choosing takes longest."""
+ALONE = ["--no-overlay", "--workers", "1"]
+PLAIN = {"overlay": False, "processes": 1}
+"""No overlay and no further process, for tests of other things, in words and from Python."""
 
 DESIGN = """
 simulation_capillary_number = 55
@@ -114,9 +117,9 @@ def test_second_run_reuses(filmed, done, capsys):
 
 def test_other_settings_measure_again(filmed, tmp_path, capsys):
     settings = po.VideoSettings(pixel_size_um=5.28, method="rings")
-    first = measure_videos([filmed], tmp_path, settings, overlay=False)
-    again = measure_videos([filmed], tmp_path, settings, overlay=False)
-    other = measure_videos([filmed], tmp_path, settings.replace(fps=30.0), overlay=False)
+    first = measure_videos([filmed], tmp_path, settings, **PLAIN)
+    again = measure_videos([filmed], tmp_path, settings, **PLAIN)
+    other = measure_videos([filmed], tmp_path, settings.replace(fps=30.0), **PLAIN)
     assert [each.clips[0].reused for each in (first, again, other)] == [False, True, False]
     ratio = other.collisions["speed_mm_s"] / first.collisions["speed_mm_s"]
     assert ratio.to_numpy() == pytest.approx(0.5, rel=1e-6)
@@ -126,17 +129,17 @@ def test_corrected_obstacles_are_read_back(filmed, tmp_path):
     settings = po.VideoSettings(
         pixel_size_um=5.28, method="rings", laboratory={"obstacle_radius_um": 85}
     )
-    first = measure_videos([filmed], tmp_path, settings, overlay=False)
+    first = measure_videos([filmed], tmp_path, settings, **PLAIN)
     path = first.clips[0].folder / "obstacles.toml"
     lines = path.read_text(encoding="utf-8").splitlines()
     assert sum(line.startswith("  [") for line in lines) == 2
     kept = [line for k, line in enumerate(lines) if not line.startswith("  [") or k == 3]
     path.write_text("\n".join(kept), encoding="utf-8")
-    second = measure_videos([filmed], tmp_path, settings, overlay=False)
+    second = measure_videos([filmed], tmp_path, settings, **PLAIN)
     assert len(first.collisions) == 2
     assert len(second.collisions) == 1
     assert path.read_text(encoding="utf-8") == "\n".join(kept)
-    third = measure_videos([filmed], tmp_path, settings, overlay=False)
+    third = measure_videos([filmed], tmp_path, settings, **PLAIN)
     assert third.clips[0].reused
 
 
@@ -214,7 +217,7 @@ def test_settings_from_a_file(filmed, tmp_path):
     config = tmp_path / "settings.toml"
     config.write_text("pixel_size_um = 5.28\n[laboratory]\nobstacle_radius_um = 85.0\n")
     out = tmp_path / "out"
-    arguments = ["--config", str(config), "--fps", "30", "--out", str(out), "--no-overlay"]
+    arguments = ["--config", str(config), "--fps", "30", "--out", str(out), *ALONE]
     assert main(["video", str(filmed), *arguments, *RINGS]) == 0
     result = json.loads((out / "clips" / "clip" / "clip.json").read_text(encoding="utf-8"))
     assert result["settings"]["fps"] == 30.0
@@ -256,8 +259,7 @@ def test_interrupted_run_goes_on(filmed, tmp_path, program):
         (tmp_path / f"{name}.mp4").write_bytes(filmed.read_bytes())
     out = tmp_path / "out"
     files = [str(tmp_path / f"{name}.mp4") for name in ("one", "two", "three")]
-    options = ["--no-overlay", "--workers", "1", "--out", str(out)]
-    command = [*program, "video", *files, *LABORATORY, *RINGS, *options]
+    command = [*program, "video", *files, *LABORATORY, *RINGS, *ALONE, "--out", str(out)]
     process = subprocess.Popen(command, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
     marker = out / "clips" / "one" / "clip.json"
     deadline = time.monotonic() + 120
@@ -278,7 +280,7 @@ def test_interrupted_run_goes_on(filmed, tmp_path, program):
             "surface_tension_mN_m": 20.0,
         },
     )
-    result = measure_videos(files, out, settings, overlay=False, processes=1)
+    result = measure_videos(files, out, settings, **PLAIN)
     assert [each.reused for each in result.clips] == [True, False, False]
     assert len(result.collisions) == 6
     assert os.listdir(out / "clips" / "two")  # noqa: PTH208
@@ -317,7 +319,7 @@ def test_comparison_wants_the_same_clip(filmed, tmp_path, capsys):
     clip = tmp_path / "clip.mp4"
     clip.write_bytes(filmed.read_bytes())
     out = tmp_path / "out"
-    told = [*LABORATORY, *RINGS, "--no-overlay"]
+    told = [*LABORATORY, *RINGS, *ALONE]
     assert main(["video", str(clip), *told, "--out", str(out)]) == 0
     compare = ["compare", str(out / "clips" / "clip"), "--collision", "0"]
     assert main([*compare, "--out", str(tmp_path / "one")]) == 0

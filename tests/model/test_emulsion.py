@@ -403,3 +403,48 @@ def test_a_droplet_that_blows_up_is_retired_alone():
     kinds = {_core.EVENT_KINDS[int(k)] for k in events[:, 0]}
     assert "retired" in kinds
     assert len(np.asarray(run.sizes())) < 9
+
+
+def test_a_droplet_that_a_flow_tears_apart_is_refused_before_its_neighbours_are_sought():
+    """Its box would hold a million images of the pillar."""
+    nodes = np.arange(12) * 0.5
+    x, y = np.meshgrid(2 * np.pi * nodes / 6, 2 * np.pi * nodes / 6)
+    tearing = po.flow.sampled(nodes, nodes, 1e9 * np.sin(y), 1e9 * np.sin(x), periodic="xy")
+    start = np.array([[0.0, 0.0, 1.0]])
+    run = in_a_box(FEW.model_row(), tearing, start, [0, 6, 0, 6], np.array([[2.0, 2.0, 0.1]]))
+    run.advance(1)
+    assert len(np.asarray(run.sizes())) == 0
+
+
+def test_a_state_that_is_none_is_refused_and_changes_nothing():
+    starts = np.array(lattice(2, 1, 1.4)) * [1, 1, 0] + [0, 0, 1]
+    run = in_a_box(FEW.model_row(), po.flow.uniform(), starts, [0, 4.4, 0, 4.4])
+    run.advance(1)
+    state = np.asarray(run.state())
+    for wrong in (state[:-1], state[:3], np.full_like(state, np.nan)):
+        with pytest.raises(ValueError, match="a state"):
+            run.restore(wrong)
+    assert np.array_equal(run.state(), state)
+    run.restore(state)
+    assert np.array_equal(run.state(), state)
+
+
+def test_the_engine_refuses_what_it_could_not_run():
+    row, nobody, nothing = FEW.model_row(), np.zeros((0, 3)), np.zeros(0)
+    flow, four = po.flow.uniform(), np.zeros(4)
+
+    def build(flow=flow, cell=four, window=0.1, coalescence=nothing, threads=1):
+        _core.Emulsion(
+            row, flow, nobody, nobody, cell, False, False, window, 0.3, four, nothing, 1.0,
+            coalescence, 1, threads,
+        )  # fmt: skip
+
+    build()
+    for wrong in ({"flow": "none"}, {"cell": np.zeros(3)}):
+        with pytest.raises(TypeError):
+            build(**wrong)
+    for wrong in ({"window": np.nan}, {"coalescence": np.zeros(2)}, {"threads": 0}):
+        with pytest.raises(ValueError, match="must be"):
+            build(**wrong)
+    with pytest.raises(TypeError):
+        _core.System(row, "none", nobody, nobody)

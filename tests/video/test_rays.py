@@ -164,3 +164,36 @@ def test_what_is_seen_across_an_outline_is_what_numpy_sees(look, sign):
     )
     assert seen == pytest.approx(looked_across(image, points, normals, 3.0), abs=0.03, rel=0.02)
     assert seen[4] == (look == "halo" and sign > 0.0)
+
+
+def test_places_that_are_nowhere_are_read_as_some_pixel():
+    """A point that is not a number makes no function look beside the picture."""
+    image = np.zeros(SIZE[::-1], dtype=np.float32)
+    points, normals, _ = border(circle())
+    points[0], normals[1] = np.nan, np.inf
+    with np.errstate(invalid="ignore"):
+        _core.rim_ends(image, points, normals, -2.0, 0.5, 60, 1.0, 0.5, 5, 6)
+        _core.spot_edges(image, points, normals, 6.0, 0.5, 4.0)
+        _core.across(image, points, normals, 8, 16.0, 2, 0.2, 0.8, 0.5, 1.0, (4.0, 0.5, 0.5))
+        nowhere = np.full((1, 3), np.nan, dtype=np.float32)
+        _core.traced_outlines(image, nowhere, 16, 8, (0.5, 1.5), 3, 1, 0.1, 1.0, 1.0)
+    assert len(border(np.full((5, 2), np.nan))[0]) == 24
+
+
+def test_what_would_be_read_beside_the_arrays_is_refused():
+    image, none = np.zeros((4, 4), dtype=np.float32), np.zeros((0, 4), dtype=np.float32)
+    two, three = np.ones((2, 2)), np.ones((3, 2))
+    halo, circles = (4.0, 0.5, 0.5), np.ones((1, 3), dtype=np.float32)
+    for call in (
+        lambda: border(np.zeros((0, 2))),
+        lambda: _core.running_median(np.zeros(4), -1),
+        lambda: _core.rim_ends(image, three, two, 0.0, 1.0, 4, 1.0, 0.5, 1, 1),
+        lambda: _core.rim_ends(none, two, two, 0.0, 1.0, 4, 1.0, 0.5, 1, 1),
+        lambda: _core.rim_ends(image, two, two, 0.0, 1.0, 0, 1.0, 0.5, 1, 1),
+        lambda: _core.spot_edges(image, two, two, 6.0, 0.0, 4.0),
+        lambda: _core.across(image, three, two, 8, 16.0, 2, 0.2, 0.8, 0.5, 1.0, halo),
+        lambda: _core.across(image, two, two, 8, 8.0, 2, 0.2, 0.8, 0.5, 1.0, halo),
+        lambda: _core.traced_outlines(image, circles, 16, 0, (0.5, 1.5), 3, 1, 0.1, 1.0, 1.0),
+    ):
+        with pytest.raises(ValueError, match=r" must .*; got "):
+            call()

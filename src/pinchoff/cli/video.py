@@ -213,6 +213,7 @@ def video(
 def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
     """Draw what each method finds in each clip, and print the scores."""
     from pinchoff.video.batch import clip_sources, failure_of
+    from pinchoff.video.clips import reason_for_doubt
     from pinchoff.video.preview import write_preview
 
     sources, failed = clip_sources(clips), 0
@@ -226,6 +227,8 @@ def _preview(clips: list[Path], folder: Path, settings: VideoSettings) -> None:
             continue
         scores = ", ".join(f"{method} {score:.2f}" for method, score in choice.scores().items())
         print(f"{name}: {choice.method} is used ({scores}); --method NAME takes another")
+        if doubt := reason_for_doubt(choice):
+            print(f"warning: {name}: {doubt}", file=sys.stderr)
         print(f"wrote {path}")
     if failed == len(sources):
         raise _none_measurable(failed)

@@ -21,7 +21,8 @@ from pinchoff.video.methods.surroundings import LevelSegmenter
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import SMALLEST_DROPLET_PX, SMALLEST_RIM_PX, VideoSettings
 from pinchoff.video.signal import best_channel, strong_tint
-from pinchoff.video.standing import PictureMoved, picture_moved, rows_of, standing_rows
+from pinchoff.video.standing import rows_of, standing_rows
+from pinchoff.video.steadiness import PictureMoved, picture_moved
 from pinchoff.video.trials import Contest, Trial, best_of
 from pinchoff.video.variants import METHODS, KnownClip, Variant, known_before, spread
 

@@ -118,7 +118,8 @@ def measure_clip(
     encounters += finder.finish()
     encounters.sort(key=lambda encounter: (encounter.contact_frame, encounter.track_id))
     told = _what_was_seen(count, with_droplets, sorted(lengths.values()), choice)
-    told = _unsteady(choice) or told or reason_for_doubt(choice)
+    if not told or choice.moved:
+        told = reason_for_doubt(choice)
     still = "" if choice.moved else _standing(travels.standing())
     warning = "; ".join(filter(None, [*notes, clip.warning, told, still]))
     return ClipResult(encounters, obstacles, choice, count, tracker.count, duration, warning)
@@ -135,21 +136,16 @@ def _standing(count: int) -> str:
     )
 
 
-def _unsteady(choice: Choice) -> str:
-    """Return that the picture itself moves; empty where it does not."""
-    if choice.moved is None:
-        return ""
-    pixels, first, last = choice.moved
-    return (
-        f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: "
-        "what is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by as "
-        "much; align the frames first (in ImageJ: Linear Stack Alignment), or film from a stage "
-        "that stands still"
-    )
-
-
 def reason_for_doubt(choice: Choice) -> str:
-    """Return that the method is a guess, and why; empty where it is none."""
+    """Return that the picture itself moves, or why the method is a guess; empty where neither."""
+    if choice.moved:
+        pixels, first, last = choice.moved
+        return (
+            f"the picture itself moves, by {pixels:.1f} pixels from frame {first} to frame {last}: "
+            "what is fixed in it, dirt and walls, may pass for droplets, and speeds are wrong by "
+            "as much; align the frames first (in ImageJ: Linear Stack Alignment), or film from a "
+            "stage that stands still"
+        )
     seen, scores = choice.trial.quality, choice.scores()
     if seen.persistent < _SELDOM:
         return (

@@ -95,24 +95,17 @@ def outside_view(images: Sequence[Image]) -> Pixels | None:
     return mask if mask.any() else None
 
 
-def without_bays(walk: Walk) -> Walk:
-    """Return the walk round a region without the narrow bays that specks on its rim make."""
-    return walk[_outside_bays(walk, _BAY)]
-
-
 def without_dents(outline: Floats) -> Floats:
     """Return an outline, (n, 2) in pixels, without the dents that specks on its rim make."""
     scaled = np.rint(outline * _FINE).astype(np.int32)[:, None, :]
-    return outline[_outside_bays(scaled, _DENT)]
+    return outline[_outside_bays(scaled, cv2.convexHull(scaled, returnPoints=False), _DENT)]
 
 
-def _outside_bays(walk: Walk, widest: float) -> Bools:
-    """Return which points of a walk are not in bays up to a width, square roots of its area."""
-    return _outside(walk, cv2.convexHull(walk, returnPoints=False), widest)
+def _outside_bays(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
+    """Return which points of a walk are not in bays up to a width, square roots of its area.
 
-
-def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
-    """Return the same, of a walk whose convex hull goes through some of its places."""
+    Its convex hull goes through the walk's places in `hull`.
+    """
     keep = np.ones(len(walk), dtype=bool)
     try:
         defects = cv2.convexityDefects(walk, hull)
@@ -133,21 +126,16 @@ def _outside(walk: Walk, hull: NDArray[np.int32], widest: float) -> Bools:
     return keep
 
 
-def is_compact(walk: Walk) -> bool:
-    """Return whether a region is convex, not a sliver and not three-cornered."""
-    return _fills(cv2.contourArea(walk), cv2.convexHull(walk))
-
-
 def compact_part(walk: Walk) -> Walk | None:
-    """Return the walk round a region without narrow bays, or None if it is not compact then.
+    """Return the walk round a region without the narrow bays that specks on its rim make.
 
-    The same as `without_bays` and `is_compact`, with less work where it is clearly not.
+    None if the region is not convex then, or a sliver, or three-cornered.
     """
     corners = cv2.convexHull(walk, returnPoints=False)
     hull = walk[corners.reshape(-1)]
     if not _fills(cv2.contourArea(hull), hull):
         return None
-    whole = walk[_outside(walk, corners, _BAY)]
+    whole = walk[_outside_bays(walk, corners, _BAY)]
     return whole if _fills(cv2.contourArea(whole), hull) else None
 
 

@@ -33,7 +33,8 @@ _GRID, _CLEARLY = 4, 6.0  # pixels and deviations of the noise, for that
 _AS_GOOD = 0.92  # of the best score: then the method that comes first is taken
 _RINGS, _RINGS_AT_PILLARS = 0.9, 0.5  # the same for rings, and for rings where there are pillars
 _TWICE, _AS_MANY = 2.0, 0.85  # times the droplets of the best: then this share of its score will do
-_MORE = 1.02  # droplets of another method whose score is higher: then it is taken
+_MANY_MORE = 1.15  # droplets of another method whose score is not lower: then it is taken
+_MORE, _BETTER = 1.02, 1.02  # droplets, and score, of another method: then it is taken too
 
 
 class Trial(NamedTuple):
@@ -81,7 +82,8 @@ def best_of(trials: Sequence[Trial], pillars: bool) -> Trial:
 def _finds_more(trial: Trial, other: Trial) -> float:
     """Return how many more droplets a trial finds than another that is not better; or 1."""
     seen, least = trial.quality, other.quality
-    many = seen.droplets >= _MORE * least.droplets and other.method != "rings"
+    more = _MORE if seen.score >= _BETTER * least.score else _MANY_MORE
+    many = seen.droplets >= more * least.droplets and other.method != "rings"
     return seen.droplets / least.droplets if many and seen.score >= least.score else 1.0
 
 

@@ -9,6 +9,7 @@ are droplets, the best first, unless most of what they enclose is taken.
 
 from __future__ import annotations
 
+import copy
 from typing import NamedTuple
 
 import cv2
@@ -91,8 +92,6 @@ class RimSegmenter:
         Centre x, y and radius, pixels; they have dark rims too.
     signal : Signal, optional
         The picture in which rims are dark.
-    standing : ndarray, shape (n, 3), optional
-        Centre x, y and area of what stands still while droplets move: it is left out.
     """
 
     def __init__(
@@ -103,9 +102,8 @@ class RimSegmenter:
         score: float,
         obstacles: NDArray[np.float64],
         signal: Signal | None = None,
-        standing: NDArray[np.float64] | None = None,
     ) -> None:
-        self._standing = np.empty((0, 3)) if standing is None else standing
+        self._standing = np.empty((0, 3))
         self._radii = (0.5 * minimum_diameter, 0.5 * maximum_diameter)
         self._contrast = contrast
         self._score = score
@@ -113,17 +111,10 @@ class RimSegmenter:
         self.signal = signal or Signal()
 
     def without(self, standing: NDArray[np.float64]) -> RimSegmenter:
-        """Return a segmenter that leaves out what stands still."""
-        smallest, largest = (2.0 * radius for radius in self._radii)
-        return RimSegmenter(
-            smallest,
-            largest,
-            self._contrast,
-            self._score,
-            self._obstacles,
-            self.signal,
-            standing,
-        )
+        """Return a segmenter that leaves out what stands still: rows of centre and area."""
+        other = copy.copy(self)
+        other._standing = standing
+        return other
 
     def droplets(self, frame: Frame) -> list[Droplet]:
         """Return the droplets of a frame, the surest first; they may overlap."""
