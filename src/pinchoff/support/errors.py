@@ -9,6 +9,7 @@ became untrustworthy and was stopped. Every message has one form::
 from __future__ import annotations
 
 import errno
+from pathlib import PurePath
 from typing import ClassVar
 
 _LONGEST = 120  # letters of a value in a message
@@ -55,7 +56,8 @@ class InputError(PinchoffError, ValueError):
         rule : str
             What it must be; completes "must be".
         got : object
-            What was given. A string is shown as it is, anything else by its `repr`, shortened.
+            What was given. A string or path is shown as it is, anything else by its `repr`,
+            shortened.
         advice : str
             What to do about it.
 
@@ -63,8 +65,11 @@ class InputError(PinchoffError, ValueError):
         --------
         >>> print(InputError.of("width", "positive", -1, "use 0.005"))
         width must be positive; got -1; use 0.005
+        >>> print(InputError.of("path", "a name ending in .mp4", PurePath("a.avi"), "rename it"))
+        path must be a name ending in .mp4; got a.avi; rename it
         """
-        shown = _shortened(got if isinstance(got, str) else repr(got)) or "an empty text"
+        plain = str(got) if isinstance(got, (str, PurePath)) else repr(got)
+        shown = _shortened(plain) or "an empty text"
         error = cls(f"{argument or 'an empty name'} must be {rule}; got {shown}; {advice}")
         error.argument, error.rule, error.got, error.advice = argument, rule, shown, advice
         return error

@@ -86,7 +86,7 @@ class ClipWriter(HoldsFiles):
         self._av = require_video_extra("path")
         target = Path(path)
         if target.suffix.lower() != ".mp4":
-            raise InputError.of("path", "a name ending in .mp4", str(target), "rename it")
+            raise InputError.of("path", "a name ending in .mp4", target, "rename it")
         if size[0] % 2 or size[1] % 2:
             advice = "H.264 halves the colour's resolution; make both sides even"
             raise InputError.of("size", "even", f"{size[0]} × {size[1]}", advice)
