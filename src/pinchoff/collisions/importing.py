@@ -176,7 +176,7 @@ def checked_collisions(
     if not len(imported.table):
         reasons = "; ".join(f"{reason} ({n})" for reason, n in imported.reasons().items())
         got = f"none of {imported.count}: {reasons}"
-        advice = "correct the values, or give what is missing, as a column or what is the same in all"
+        advice = "correct the values, or give what is missing, as a column or for all rows"
         raise InputError.of("table", "a table with rows that can be used", got, advice)
     return imported
 
