@@ -213,7 +213,11 @@ def persistence(
         rows, columns = linear_sum_assignment(np.where(allowed, distance, 1e9))
         same = allowed[rows, columns]
         rows, columns = rows[same], columns[same]
-        wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
+        both = [
+            not (before[row].cut or after[column].cut)
+            for row, column in zip(rows, columns, strict=True)
+        ]
+        wrong += 2.0 * float(np.sum((radius[rows] * change[rows, columns])[both]))
         near = distance <= _FARTHEST * np.sqrt(largest / np.pi)
         for droplets, others, seen, again, close in (
             (before, after, old, rows, near),
@@ -245,6 +249,21 @@ def _is_cut_in(others: Sequence[Droplet], rows: Floats, near: Bools) -> Bools:
     part = rows_of(others)[None, :, 2] < rows[:, None, 2]
     found: Bools = (near & cut & part).any(axis=1)
     return found
+
+
+def covered_twice(found: Sequence[Sequence[Droplet]], size: tuple[int, int]) -> float:
+    """Return which part of what whole droplets cover, in frames of a width and height, two do."""
+    total = once = 0
+    for droplets in found:
+        covered = np.zeros((size[1], size[0]), dtype=np.uint8)
+        for droplet in droplets:
+            if not droplet.cut:
+                own = np.zeros_like(covered)
+                cv2.fillPoly(own, [np.rint(droplet.outline).astype(np.int32)], 1)
+                total += cv2.countNonZero(own)
+                covered |= own
+        once += cv2.countNonZero(covered)
+    return 1.0 - once / total if total else 0.0
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:
