@@ -11,14 +11,14 @@ import pytest
 from pinchoff.support.errors import InputError
 from pinchoff.video.background import Sample, sample
 from pinchoff.video.choice import choose
-from pinchoff.video.clips import measure_clip
+from pinchoff.video.clips import measure_clip, reason_for_doubt
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.alike import more_alike
 from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.function import FunctionSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
 from pinchoff.video.obstacles import is_obstacle
-from pinchoff.video.quality import Picture, across, persistence, quality
+from pinchoff.video.quality import Picture, across, covered_twice, persistence, quality
 from pinchoff.video.reading import Frame
 from pinchoff.video.settings import METHOD_NAMES, VideoSettings
 from pinchoff.video.signal import Signal, best_channel
@@ -259,6 +259,37 @@ def test_droplets_that_vanish_inside_the_frame_do_not_persist():
     unsteady = persistence([([here], [ringed(215, 100, 21)])], SIZE)
     assert unsteady == pytest.approx(1.0 - 2 * 20 * (1 - (20 / 21) ** 2) / 41)
     assert math.isnan(persistence([([], [])], SIZE))
+
+
+def test_droplets_that_the_frame_cuts_before_or_after_are_not_lost():
+    inside = ringed(50, 100, 20)
+    part = ringed(18, 100, 14)._replace(cut=True)  # of what was inside, or will be
+    beyond = ringed(18, 100, 24)._replace(cut=True)  # larger: another one
+    assert math.isnan(persistence([([inside], [part])], SIZE))
+    assert math.isnan(persistence([([part], [inside])], SIZE))
+    assert persistence([([inside], [beyond])], SIZE) == 0.0
+    # What is found again counts wherever it is: a plug that nearly fills the frame.
+    at_edge, speck = ringed(24, 100, 20), ringed(300, 100, 5)
+    assert persistence([([at_edge], [at_edge])], SIZE) == 1.0
+    assert persistence([([at_edge], [at_edge, speck])], SIZE) == pytest.approx(1 - 5 / 45)
+
+
+def test_what_outlines_cover_twice():
+    one, other, apart = ringed(100, 100, 30), ringed(130, 100, 30), ringed(300, 100, 30)
+    lens = 2 * math.acos(0.5) - 0.5 * math.sqrt(3.0)  # that two discs share, radii squared
+    assert covered_twice([[one, apart]], SIZE) == 0.0
+    assert covered_twice([[one, other]], SIZE) == pytest.approx(lens / (2 * math.pi), rel=0.03)
+    assert covered_twice([[one], [other]], SIZE) == 0.0  # in different frames
+    assert covered_twice([[one, other._replace(cut=True)]], SIZE) == 0.0
+    assert covered_twice([[]], SIZE) == 0.0
+
+
+def test_outlines_that_overlap_make_a_choice_a_guess():
+    choice = chosen(plug_film())
+    assert (choice.method, reason_for_doubt(choice)) == ("enclosed", "")
+    twice = [[each for each in here for _ in range(2)] for here in choice.trial.found]
+    doubtful = choice._replace(trial=choice.trial._replace(found=twice))
+    assert "its outlines overlap, by 50 % of what they cover" in reason_for_doubt(doubtful)
 
 
 def test_method_names_are_those_that_settings_know():

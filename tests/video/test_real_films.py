@@ -43,6 +43,11 @@ CHANGES = {
         0.5,
         -0.25,
     ),
+    "twice as large": (
+        lambda image: cv2.resize(image, None, fx=2.0, fy=2.0, interpolation=cv2.INTER_CUBIC),
+        2.0,
+        0.5,
+    ),
     "in a black frame": (
         lambda image: cv2.copyMakeBorder(image, *[FRAME] * 4, cv2.BORDER_CONSTANT),
         1.0,
@@ -158,3 +163,22 @@ def test_the_same_droplets_in_changed_pictures(films, frames, unchanged, name, c
     assert wanted > 0
     assert found >= 0.8 * wanted  # of six droplets one, at half the size
     assert false <= 0.05 * wanted + 1
+
+
+@pytest.mark.parametrize("name", ["plugs", "junction"])
+def test_the_same_plugs_in_part_of_the_picture(films, frames, unchanged, name):
+    """A plug that nearly fills the frame is soon cut, which is not to be lost."""
+    height, width = cv2.imread(str(next((FOLDER / name).glob("*.jpg")))).shape[:2]
+    top, left, right = height // 10, width // 7, width - width // 9
+    seen = films.measured(frames(name, lambda image: image[top:, left:right]))
+    wanted = found = 0
+    for before, after in zip(unchanged(name), seen.boxes, strict=True):
+        inside = [box for box in before if box[0] > left + 2 and box[2] < right - 3]
+        moved = [(a - left, b - top, c - left, d - top) for a, b, c, d in inside]
+        wanted += len(moved)
+        found += sum(
+            any(films.overlap(box, each) > films.OVERLAP for each in after) for box in moved
+        )
+    assert wanted > 4
+    assert found == wanted
+    assert sum(map(len, seen.boxes)) <= wanted + 1  # that the edge nearly cuts

@@ -18,6 +18,7 @@ from pinchoff.video.droplets import Droplet
 from pinchoff.video.encounters import Encounter
 from pinchoff.video.methods.function import SegmentFunction
 from pinchoff.video.obstacles import is_obstacle, obstacles_of
+from pinchoff.video.quality import covered_twice
 from pinchoff.video.reading import Frame
 from pinchoff.video.scale import clip_of, scaled
 from pinchoff.video.settings import VideoSettings
@@ -33,6 +34,8 @@ _LONG_CLIP = 20  # frames from which tracks can be judged
 _PROMISING = 0.3  # of the best score: another method that is worth a try
 _AS_GOOD, _OTHERWISE = 0.92, 0.25  # of the best score; how differently another method counts
 _SELDOM = 0.5  # of the droplets of a frame in the next one: with fewer a method is a guess
+_APART = ("rings", "enclosed", "spots")  # methods whose droplets do not overlap
+_COVERED_TWICE = 0.05  # of what they cover, by two: with more a method is a guess
 
 
 class Measured(NamedTuple):
@@ -163,6 +166,14 @@ def reason_for_doubt(choice: Choice) -> str:
                 f"whole droplets a frame, {other.method!r}, with as good a score, {count:.1f}; "
                 "look at a preview"
             )
+    height, width = choice.frames[0].luma.shape
+    twice = covered_twice(choice.trial.found, (width, height))
+    if choice.method in _APART and twice > _COVERED_TWICE:
+        return (
+            f"the choice of method {choice.method!r} is a guess: its outlines overlap, by "
+            f"{100 * twice:.0f} % of what they cover, as where gaps pass for droplets; "
+            "look at a preview"
+        )
     return ""
 
 

@@ -22,6 +22,7 @@ from pinchoff.video.signal import Image
 from pinchoff.video.standing import alike, rows_of, standing_rows
 
 Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
 
 _REACH = 3  # across an outline, pixels
 _NEAR = 4  # pixels to both sides within which an edge may be
@@ -35,6 +36,7 @@ _HALO_WORTH = 0.6  # of a droplet's worth: that of the halo about it, which is l
 _STRENGTH = 0.25  # exponent of the change across it against the picture's strongest
 _ROUGHNESS = 4.0  # exponent of hull's perimeter over the outline's
 _WEIGHT = 0.75  # exponent of the area: a droplet is worth more whole than in pieces
+_FARTHEST = 2.0  # radii that a droplet goes between two frames
 _AREA_CHANGE = 0.2  # between two frames, of a droplet that is seen again
 
 
@@ -190,8 +192,8 @@ def persistence(
 ) -> float:
     """Return how much of the droplets, by their radii, is the same a frame later, from 0 to 1.
 
-    What is lost or appears away from the frame's edge counts against it, and so does the change
-    of area of what is seen again.
+    What is lost or appears away from the frame's edge counts against it, unless the frame cuts it
+    before or after, and so does the change of area of what is seen again.
 
     Parameters
     ----------
@@ -207,18 +209,61 @@ def persistence(
         largest = np.maximum(old[:, None, 2], new[None, :, 2])
         change = np.abs(old[:, None, 2] - new[None, :, 2]) / np.maximum(largest, 1e-6)
         radius = np.sqrt(old[:, 2] / np.pi)
-        allowed = (distance <= 2.0 * radius[:, None]) & (change <= _AREA_CHANGE)
+        allowed = (distance <= _FARTHEST * radius[:, None]) & (change <= _AREA_CHANGE)
         rows, columns = linear_sum_assignment(np.where(allowed, distance, 1e9))
         same = allowed[rows, columns]
         rows, columns = rows[same], columns[same]
-        wrong += 2.0 * float(np.sum(radius[rows] * change[rows, columns]))
-        for droplets, seen, again in ((before, old, rows), (after, new, columns)):
+        both = [
+            not (before[row].cut or after[column].cut)
+            for row, column in zip(rows, columns, strict=True)
+        ]
+        wrong += 2.0 * float(np.sum((radius[rows] * change[rows, columns])[both]))
+        near = distance <= _FARTHEST * np.sqrt(largest / np.pi)
+        for droplets, others, seen, again, close in (
+            (before, after, old, rows, near),
+            (after, before, new, columns, near.T),
+        ):
             radii = np.sqrt(seen[:, 2] / np.pi)
-            inside = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
-            total += float(radii[inside].sum())
-            inside[again] = False
-            wrong += float(radii[inside].sum())
+            known = np.array([not _leaves(droplet, size) for droplet in droplets], dtype=bool)
+            known &= ~_is_cut_in(others, seen, close)
+            lost = known.copy()
+            lost[again] = False
+            known[again] = [not droplets[row].cut for row in again]
+            total += float(radii[known].sum())
+            wrong += float(radii[lost].sum())
     return max(0.0, 1.0 - wrong / total) if total > 0.0 else math.nan
+
+
+def _is_cut_in(others: Sequence[Droplet], rows: Floats, near: Bools) -> Bools:
+    """Return which droplets, rows of centre and area, the frame cuts in another frame.
+
+    Parameters
+    ----------
+    others : sequence of Droplet
+        In that frame.
+    rows : ndarray, shape (n, 3)
+    near : ndarray of bool, shape (n, len(others))
+        Which of them each may be.
+    """
+    cut = np.array([other.cut for other in others], dtype=bool)
+    part = rows_of(others)[None, :, 2] < rows[:, None, 2]
+    found: Bools = (near & cut & part).any(axis=1)
+    return found
+
+
+def covered_twice(found: Sequence[Sequence[Droplet]], size: tuple[int, int]) -> float:
+    """Return which part of what whole droplets cover, in frames of a width and height, two do."""
+    total = once = 0
+    for droplets in found:
+        covered = np.zeros((size[1], size[0]), dtype=np.uint8)
+        for droplet in droplets:
+            if not droplet.cut:
+                own = np.zeros_like(covered)
+                cv2.fillPoly(own, [np.rint(droplet.outline).astype(np.int32)], 1)
+                total += cv2.countNonZero(own)
+                covered |= own
+        once += cv2.countNonZero(covered)
+    return 1.0 - once / total if total else 0.0
 
 
 def _leaves(droplet: Droplet, size: tuple[int, int]) -> bool:

@@ -22,17 +22,16 @@ from pinchoff import _core
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.surroundings import (
     LevelSegmenter,
-    Shown,
     Surroundings,
     beyond,
     needed_levels,
     owners,
+    shown_at,
     usual_noise,
 )
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
-    SAME,
     Border,
     Groups,
     Rectangle,
@@ -131,7 +130,10 @@ class EnclosedSegmenter(LevelSegmenter[_Region]):
             number: [each for each in here if not about.stands(each)]
             for number, here in seen.items()
         }
-        shown = [each for here in moving.values() for each in _shown(here, frames[0].luma.shape)]
+        shape = frames[0].luma.shape
+        shown = [
+            each for here in moving.values() for each in shown_at(one_a_droplet(here, shape), here)
+        ]
         about = about._replace(levels=needed_levels(shown))
         learned = cls(signal, window, minimum_area, about)
         learned._shown, learned._seen = shown, moving
@@ -265,26 +267,6 @@ def _rim_widths(widths: Floats, at_edge: Bools) -> Floats:
     # A speck on the rim makes a few rays end early or late.
     usual: Floats = _core.running_median(filled, _SPECK)
     return np.where(np.abs(filled - usual) > _OFF * typical, usual, filled)
-
-
-def _shown(regions: Sequence[_Region], shape: tuple[int, ...]) -> list[Shown]:
-    """Return at which levels the droplets of a frame show.
-
-    Parameters
-    ----------
-    regions : sequence of _Region
-        Of the frame, at all levels.
-    shape : tuple of int
-        Of the frame.
-    """
-    rows, levels = rows_of(regions), np.array([each.level for each in regions])
-    shown = []
-    for droplet in one_a_droplet(regions, shape):
-        away = np.hypot(rows[:, 0] - droplet.x, rows[:, 1] - droplet.y)
-        same = away <= 0.25 * math.sqrt(droplet.area)
-        same &= (rows[:, 2] >= SAME * droplet.area) & (SAME * rows[:, 2] <= droplet.area)
-        shown.append(Shown(droplet.area, frozenset(levels[same].tolist())))
-    return shown
 
 
 def _is_surroundings(other: _Region, region: _Region) -> bool:

@@ -21,16 +21,17 @@ from pinchoff import _core
 from pinchoff.video.droplets import Droplet
 from pinchoff.video.methods.surroundings import (
     LevelSegmenter,
-    Shown,
     Surroundings,
     beyond,
     needed_levels,
     owners,
+    shown_at,
     usual_noise,
 )
 from pinchoff.video.reading import Frame
 from pinchoff.video.regions import (
     LEAST_CONTRAST,
+    SAME,
     Border,
     Groups,
     Rectangle,
@@ -105,16 +106,17 @@ class SpotSegmenter(LevelSegmenter[_Spot]):
         levels = np.geomspace(faintest, max(_NEARLY * darkest, 2.0 * faintest), _LEVELS)
         first.about = about = first.about._replace(levels=tuple(levels.tolist()))
         seen = {frame.number: first._regions(first._darkness(frame)) for frame in frames}
+        best = [one_a_droplet(here, frames[0].luma.shape) for here in seen.values()]
+        faintest = _FAINT * _usual_contrast([spot for here in best for spot in here])
         shown = [
-            spot for spots in seen.values() for spot in one_a_droplet(spots, frames[0].luma.shape)
+            each
+            for here, spots in zip(best, seen.values(), strict=True)
+            for each in shown_at([spot for spot in here if spot.contrast >= faintest], spots)
         ]
-        faintest = _FAINT * _usual_contrast(shown)
-        shown = [spot for spot in shown if spot.contrast >= faintest]
         standing = standing_rows([rows_of(here) for here in seen.values()])
-        sizes = [Shown(spot.area, frozenset({spot.level})) for spot in shown]
-        about = about._replace(levels=needed_levels(sizes), standing=standing)
+        about = about._replace(levels=needed_levels(shown), standing=standing)
         learned = cls(signal, window, minimum_area, about)
-        learned._shown, learned._seen, learned._faintest = sizes, seen, faintest
+        learned._shown, learned._seen, learned._faintest = shown, seen, faintest
         return learned
 
     def droplets(self, frame: Frame) -> list[Droplet]:
@@ -158,7 +160,8 @@ class SpotSegmenter(LevelSegmenter[_Spot]):
 
     def _regions(self, dark: Image) -> list[_Spot]:
         seen = seen_part(self.about.view, (dark.shape[1], dark.shape[0]))
-        return [spot for level in self.about.levels for spot in self._at_level(dark, level, seen)]
+        spots = [spot for level in self.about.levels for spot in self._at_level(dark, level, seen)]
+        return _nested(spots, dark.shape)
 
     def _at_level(self, dark: Image, level: float, seen: Rectangle) -> list[_Spot]:
         mask = cv2.compare(dark, level, cv2.CMP_GT)
@@ -240,6 +243,21 @@ class SpotSegmenter(LevelSegmenter[_Spot]):
         x, y = border.points.mean(axis=0).tolist()
         move = np.where(np.isnan(place), 0.0, place)
         return _Spot(walk, area, x, y, border, move, level, score * min(1.0, 4.0 * sharp), usual)
+
+
+def _nested(spots: Sequence[_Spot], shape: tuple[int, ...]) -> list[_Spot]:
+    """Return the spots without those that a larger one is about which is darker all over.
+
+    What is darker than a level is darker than every lower one: it has no parts there.
+    """
+    darker = np.zeros(shape, dtype=np.float32)  # area of the largest spot at higher levels
+    kept: list[_Spot] = []
+    for spot in sorted(spots, key=lambda each: (-each.level, each.area)):
+        if spot.area < SAME * darker[round(spot.y), round(spot.x)]:
+            continue
+        kept.append(spot)
+        cv2.drawContours(darker, [spot.walk], -1, spot.area, cv2.FILLED)
+    return kept
 
 
 def _without_faint_cut(spots: Sequence[_Spot]) -> list[_Spot]:

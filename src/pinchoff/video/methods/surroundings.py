@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pinchoff.video.reading import Frame
-from pinchoff.video.regions import Border, Region
+from pinchoff.video.regions import SAME, Border, Region
 from pinchoff.video.signal import Image, Signal, noise_of
 from pinchoff.video.standing import Placed, alike, rows_of
 
@@ -21,6 +21,7 @@ Floats = NDArray[np.float64]
 Numbers = NDArray[np.int16]
 
 _LOOKED_AT = 3  # frames whose noise is measured, about
+_SAME_PLACE = 0.25  # square roots of the area between a droplet's regions at two levels
 _BEYOND = 1.5  # pixels beyond an outline, where a neighbour is if it touches
 
 
@@ -137,6 +138,24 @@ def usual_noise(frames: Sequence[Frame], signal: Signal) -> float:
     """Return the noise of a clip in a signal, grey levels, from some of its frames."""
     some = frames[:: max(1, len(frames) // _LOOKED_AT)]
     return float(np.median([noise_of(signal.of(frame)) for frame in some]))
+
+
+def shown_at(droplets: Sequence[LevelRegion], regions: Sequence[LevelRegion]) -> list[Shown]:
+    """Return at which levels the droplets of a frame show.
+
+    Parameters
+    ----------
+    droplets, regions : sequence of LevelRegion
+        One a droplet, and all of the frame, at all levels.
+    """
+    rows, levels = rows_of(regions), np.array([each.level for each in regions])
+    shown = []
+    for droplet in droplets:
+        away = np.hypot(rows[:, 0] - droplet.x, rows[:, 1] - droplet.y)
+        same = away <= _SAME_PLACE * math.sqrt(droplet.area)
+        same &= (rows[:, 2] >= SAME * droplet.area) & (SAME * rows[:, 2] <= droplet.area)
+        shown.append(Shown(droplet.area, frozenset(levels[same].tolist())))
+    return shown
 
 
 def needed_levels(shown: Sequence[Shown]) -> tuple[float, ...]:
