@@ -206,6 +206,10 @@ void bind_collision(nb::module_& m) {
 }  // namespace pinchoff
 
 NB_MODULE(_core, m) {
+#ifdef NDEBUG
+    // At exit Python leaves alive what threads and modules still hold; users would read of leaks.
+    nb::set_leak_warnings(false);
+#endif
     m.doc() = "Compiled core of pinchoff: geometry of outlines, flows, and the collision.";
     pinchoff::bind_geometry(m);
     pinchoff::bind_flows(m);

@@ -90,6 +90,24 @@ def test_earlier_and_longer_names_are_understood(tmp_path, capsys):
     assert capsys.readouterr().err.startswith("error: --capillary must be")
 
 
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("run --offset 0.1 --offset=0.2", "--offset must be given once; got 0.2; drop one of them"),
+        ("run --capillary 3 --simulation-capillary-number 4", "--capillary must be given once"),
+        (
+            "boundary --capillary 20 --capillary 30",
+            "--capillary must be given once; got 30; write one list, with commas",
+        ),
+        ("sweep a.toml --workers 1 --threads 2", "--workers must be given once; got 2"),
+    ],
+)
+def test_option_that_is_given_twice_is_refused(line, message, capsys):
+    """The last one would hold, and of a list of values one only."""
+    assert main(line.split()) == 2
+    assert capsys.readouterr().err.startswith(f"error: {message}")
+
+
 def test_pairs_lists_and_values():
     assert read_pairs("--set", ["a=1", " b = x=y "], "a=1") == {"a": "1", "b": "x=y"}
     assert read_list("--size-ratio", "[4, 5.5,true]") == [4, 5.5, True]

@@ -12,6 +12,7 @@ import io
 import re
 import signal
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
@@ -36,7 +37,7 @@ from pinchoff.cli.summary import summary
 from pinchoff.cli.sweep import sweep
 from pinchoff.cli.video import video
 from pinchoff.cli.virtual import virtual
-from pinchoff.support.errors import PinchoffError, refused_by_system
+from pinchoff.support.errors import InputError, PinchoffError, refused_by_system
 from pinchoff.support.interruption import interrupted_by_signals
 
 # Of typer's errors about what was typed only this subclass is public; all of them are caught.
@@ -61,7 +62,17 @@ class _PlainWords:
 
 
 class _PlainCommand(_PlainWords, TyperCommand):
-    """A command."""
+    """A command; of an option that is given twice the parser would take the last, in silence."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        values, _, order = self.make_parser(ctx).parse_args(args=list(args))
+        for parameter, times in Counter(order).items():
+            if times > 1 and not (parameter.multiple or parameter.is_flag):
+                many = parameter.metavar == "LIST"
+                advice = "write one list, with commas" if many else "drop one of them"
+                last = values[parameter.name]
+                raise InputError.of(parameter.opts[0], "given once", last, advice)
+        return super().parse_args(ctx, args)
 
 
 class _PlainGroup(_PlainWords, TyperGroup):

@@ -131,7 +131,7 @@ def _print(line: Boundary, report: Mapping[str, Any], fit: LineFit | None) -> No
     _print_points(line)
     for row in line.table[line.table["status"] == "non-monotonic"].to_dict("records"):
         print(f"point {row['point']}, non-monotonic in S: {row['intervals']}")
-    print(fit if fit is not None else report["why_no_fit"])
+    print(fit if fit is not None else f"no line is fitted: {report['why_no_fit']}")
     for speed, free in report.get("fits_free_area_exponent", {}).items():
         p, beta = free["area_exponent"], free["beta"]
         print(

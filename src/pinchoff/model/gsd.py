@@ -126,6 +126,7 @@ class OutlineWriter(HoldsFiles):
         self._units = units
         self._box_side = 0.0
         try:
+            Path(path).touch()  # with the permissions of other files; the library gives it fewer
             self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
         except OSError:
             empty = Path(path)

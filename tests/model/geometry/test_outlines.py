@@ -69,6 +69,13 @@ def test_saved_outlines_come_back_to_the_last_bit(tmp_path, suffix):
     assert [file.name for file in tmp_path.iterdir()] == [path.name]
 
 
+def test_every_kind_of_file_can_be_read_by_the_same_people(tmp_path):
+    for suffix in (".gsd", ".npz", ".csv"):
+        ragged_outlines().save(tmp_path / f"outlines{suffix}")
+    (tmp_path / "usual").write_text("")
+    assert len({path.stat().st_mode for path in tmp_path.iterdir()}) == 1
+
+
 def test_csv_holds_every_vertex_with_units_in_the_names(tmp_path):
     outlines = ragged_outlines()
     outlines.save(tmp_path / "outlines.csv")
