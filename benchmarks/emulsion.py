@@ -286,7 +286,7 @@ def two_threads(model: str, count: int, rounds: int) -> dict[str, float]:
 def frame_cost(folder: Path) -> dict[str, float]:
     """Milliseconds of CPU time to read a frame of 1000 droplets, and to write it as GSD."""
     run = run_of(MODELS[0], lattice(1000, 2.0))
-    writer = OutlineWriter(folder / "frame.gsd", NOBODY, {}, flush=False)
+    writer = OutlineWriter(folder / "frame.gsd", NOBODY, {}, flush_every=None)
     costs = {}
     frame = flat_frame(run.frame())
     for name, do in (

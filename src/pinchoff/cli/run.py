@@ -169,7 +169,8 @@ def _simulated(parameters: Parameters, path: Path, interval: float) -> Collision
 
     obstacles = [[0.0, 0.0, parameters.obstacle_radius]]
     try:
-        with OutlineWriter(path, obstacles, parameters.model_dump(mode="json")) as writer:
+        about = parameters.model_dump(mode="json")
+        with OutlineWriter(path, obstacles, about, flush_every=50) as writer:
             return simulate(
                 parameters, outlines=interval, on_frame=writer.append, progress=sys.stderr.isatty()
             )

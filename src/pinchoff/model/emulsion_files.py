@@ -114,7 +114,7 @@ class EmulsionFolder(HoldsFiles):
         if self._writer is None:
             unfinished = self._files.enter_context(written_aside(self._named("outlines")))
             self._writer = OutlineWriter(
-                unfinished, self._circles, self._record["parameters"], flush=False
+                unfinished, self._circles, self._record["parameters"], flush_every=None
             )
             self._files.callback(self._writer.close)
         self._writer.append_flat(time, *flat)

@@ -86,8 +86,8 @@ def offsets_of(sizes: Integers) -> Integers:
 class OutlineWriter(HoldsFiles):
     """Append outlines to a GSD file, frame by frame.
 
-    Every frame is flushed unless told otherwise: a file whose writer was killed holds all frames
-    appended before.
+    Every frame reaches the disk at once unless told otherwise: a file whose writer was killed holds
+    all frames appended before.
     In OVITO the obstacles (type "obstacle", at their true diameter) come first, then the vertices
     (type "vertex") with bonds along each outline; the particles' body is the droplet's id.
 
@@ -101,8 +101,9 @@ class OutlineWriter(HoldsFiles):
         The parameters of the run; stored as JSON.
     units : str
         Unit of length, "D0" or "um".
-    flush : bool
-        Whether every frame reaches the disk at once, for runs that may be killed.
+    flush_every : int, optional
+        After how many frames they reach the disk, which takes some ms; None: when the file is
+        closed. A number and no time, so that equal runs write equal files.
     """
 
     def __init__(
@@ -112,11 +113,11 @@ class OutlineWriter(HoldsFiles):
         parameters: Mapping[str, Any],
         *,
         units: str = "D0",
-        flush: bool = True,
+        flush_every: int | None = 1,
     ) -> None:
         import gsd.hoomd
 
-        self._flush = flush
+        self._flush_every = flush_every
         self._obstacles = np.array(obstacles, dtype=np.float64).reshape(-1, 3)
         # Written with the first frame only; readers take what a frame lacks from the first.
         self._constant = {
@@ -180,7 +181,7 @@ class OutlineWriter(HoldsFiles):
             **(self._constant if len(self._file) == 0 else {}),
         }
         self._file.append(frame)
-        if self._flush:
+        if self._flush_every and len(self._file) % self._flush_every == 0:
             self._file.flush()
 
     def _add_particles(self, frame: Any, vertices: Floats, velocities: Floats) -> None:

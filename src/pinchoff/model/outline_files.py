@@ -36,7 +36,8 @@ def write_outlines(path: Path, outlines: StoredOutlines) -> None:
 
 def _write_gsd(path: Path, stored: StoredOutlines) -> None:
     ends = np.searchsorted(stored.frame, np.arange(len(stored.times) + 1))
-    with OutlineWriter(path, stored.obstacles, stored.parameters, units=stored.units) as writer:
+    about, units = stored.parameters, stored.units
+    with OutlineWriter(path, stored.obstacles, about, units=units, flush_every=None) as writer:
         for time, first, last in zip(stored.times, ends[:-1], ends[1:], strict=True):
             vertices = slice(stored.offsets[first], stored.offsets[last])
             writer.append_flat(

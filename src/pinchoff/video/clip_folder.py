@@ -100,7 +100,7 @@ class ClipRecorder(HoldsFiles):
             unfinished = files.enter_context(written_aside(folder / OUTLINES))
             about = {"pixel_size_um": self._px, "y_axis": "down"}
             self._outlines = files.enter_context(
-                OutlineWriter(unfinished, obstacles * self._px, about, units="um", flush=False)
+                OutlineWriter(unfinished, obstacles * self._px, about, units="um", flush_every=None)
             )
             self._has_outlines = False
             self._overlay: OverlayWriter | None = None
