@@ -126,6 +126,7 @@ class OutlineWriter(HoldsFiles):
         }
         self._units = units
         self._box_side = 0.0
+        self._count = 0  # the library counts what reached the disk
         try:
             Path(path).touch()  # with the permissions of other files; the library gives it fewer
             self._file = gsd.hoomd.open(name=path, mode="w", precision="double")
@@ -161,7 +162,7 @@ class OutlineWriter(HoldsFiles):
         import gsd.hoomd
 
         frame = gsd.hoomd.Frame()
-        frame.configuration.step = len(self._file)
+        frame.configuration.step = self._count
         frame.configuration.box = [*[self._grown_box(vertices)] * 2, 0, 0, 0, 0]
         self._add_particles(frame, vertices, velocities)
         bodies = np.repeat(droplet_ids, sizes)
@@ -178,10 +179,11 @@ class OutlineWriter(HoldsFiles):
             "particles/generation": self._with_obstacles(np.repeat(generations, sizes)).astype(
                 np.int32
             ),
-            **(self._constant if len(self._file) == 0 else {}),
+            **(self._constant if self._count == 0 else {}),
         }
         self._file.append(frame)
-        if self._flush_every and len(self._file) % self._flush_every == 0:
+        self._count += 1
+        if self._flush_every and self._count % self._flush_every == 0:
             self._file.flush()
 
     def _add_particles(self, frame: Any, vertices: Floats, velocities: Floats) -> None:

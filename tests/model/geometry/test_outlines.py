@@ -233,6 +233,19 @@ def test_file_is_readable_while_it_is_written(tmp_path):
             assert len(Outlines.load(tmp_path / "outlines.gsd")) == count
 
 
+@pytest.mark.parametrize("every", [1, 3, None])
+def test_frames_reach_the_disk_after_a_number_of_them_and_are_numbered(tmp_path, every):
+    hoomd = pytest.importorskip("gsd.hoomd")
+    ring, path = np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 1.0]]), tmp_path / "outlines.gsd"
+    with OutlineWriter(path, OBSTACLES, PARAMETERS, flush_every=every) as writer:
+        for count in range(1, 8):
+            writer.append(0.1 * count, [(0, 0, ring, ring)])
+            written = count // every * every if every else 0
+            assert len(Outlines.load(path)) == max(written, 1)  # the first is written at once
+    with hoomd.open(path) as file:
+        assert [frame.configuration.step for frame in file] == list(range(7))
+
+
 def test_failed_save_leaves_the_old_file(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("old")
