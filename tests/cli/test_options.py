@@ -115,3 +115,8 @@ def test_pairs_lists_and_values():
     for texts in (["a"], ["=1"], ["a="], ["a=1", "a=2"]):
         with pytest.raises(po.InputError, match="--set"):
             read_pairs("--set", texts, "a=1")
+
+
+def test_only_an_option_that_is_much_like_it_is_offered_for_an_unknown_one(refusal):
+    assert refusal("run", "--offest", 0.1)["advice"] == "did you mean --offset?"
+    assert refusal("run", "--vertices", 64)["advice"] == "see pinchoff run --help"

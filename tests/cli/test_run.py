@@ -333,6 +333,12 @@ def test_folder_with_other_files_is_used(tmp_path):
 
 
 @pytest.mark.usefixtures("unrendered")
+def test_a_droplet_that_touches_nothing_is_said_to(tmp_path, capsys):
+    assert main(["run", "--offset", "1.5", "--out", str(tmp_path), *COARSE]) == 0
+    assert "slipped, without a contact" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("unrendered")
 def test_default_folder_is_collision(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert main(["run", *COARSE]) == 0

@@ -205,7 +205,7 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
     see = f"see pinchoff {given[0]} --help" if given[0] in commands else "see pinchoff --help"
     option = str(getattr(error, "option_name", ""))
     if hasattr(error, "possibilities"):
-        near = difflib.get_close_matches(option, error.possibilities or (), n=1)
+        near = difflib.get_close_matches(option, error.possibilities or (), n=1, cutoff=0.75)
         advice = f"did you mean {near[0]}?" if near else see
         command = f"pinchoff {given[0]}" if given[0] in commands else "pinchoff"
         return f"{option} must be an option of {command}; got {option}; {advice}"

@@ -43,7 +43,8 @@ def print_collision(row: Mapping[str, Any]) -> None:
     for name in _TABLE:
         value, unit = row[name], units()[name]
         if not isinstance(value, float):
-            rows.append((name, str(value), ""))
+            missed = name == "outcome" and math.isnan(row["contact_time"])
+            rows.append((name, f"{value}, without a contact" if missed else str(value), ""))
         elif math.isfinite(value):
             rows.append((name, f"{value:.4g}", "" if unit == "1" else unit))
     print_table(("result", "value", "unit"), rows, left=(0, 2))

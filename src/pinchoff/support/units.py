@@ -55,13 +55,11 @@ def magnitude_of(
     import pint  # not needed for dimensionless work, and slow to import
 
     def wrong(adjective: str = "a") -> InputError:
-        got = "nothing" if value is None else str(value)
+        got = "nothing" if value is None else f"'{value}'"
         advice = f"write it like '{example or KINDS[unit][1]}'"
-        if _DECIMAL_COMMA.search(got):
-            advice = f"write a decimal point in place of the comma: '{got.replace(',', '.')}'"
-        return InputError.of(
-            name, f"{adjective} {KINDS[unit][0]} with its unit", f"'{got}'", advice
-        )
+        if _DECIMAL_COMMA.search(str(value)):
+            advice = f"write a decimal point in place of the comma: {got.replace(',', '.')}"
+        return InputError.of(name, f"{adjective} {KINDS[unit][0]} with its unit", got, advice)
 
     try:
         quantity = value if isinstance(value, pint.Quantity) else _parsed(value)
