@@ -27,8 +27,9 @@ _SHARE = 0.5  # of all that must be of one size
 _RADIUS = 12.0  # of the mean picture, pixels: larger droplets are looked at more coarsely
 _BEYOND = 1.15  # radii to its edge
 _SIMILAR = 0.5  # least correlation with it
-_CONTRAST = 0.5  # least standard deviation of a place, and strength of that picture in it
+_CONTRAST = 0.5  # least standard deviation of a place, that of the droplets
 _APART = 1.3  # radii between the centres of two droplets
+_STRENGTH = 0.4  # least of that picture in what a place has for itself, that in the droplets
 _OWN = 0.25  # least part of a place that no other droplet covers, if it can be judged by it
 _VERTICES = 64
 
@@ -66,10 +67,10 @@ def more_alike(image: Image, droplets: Sequence[Droplet]) -> list[Droplet]:
         inside = np.clip(points, 0.0, (width - 1.0, height - 1.0))
         x, y = _core.centroid(inside)
         found.append(Droplet(inside, _core.area(inside), x, y, bool(np.any(inside != points)), -1))
-    return _without_what_others_show(image, droplets, examples, found, radius)
+    return without_what_others_show(image, droplets, examples, found, radius)
 
 
-def _without_what_others_show(
+def without_what_others_show(
     image: Image,
     droplets: Sequence[Droplet],
     examples: Sequence[Droplet],
@@ -79,7 +80,7 @@ def _without_what_others_show(
     """Return those of the droplets found that also show where none of the others is.
 
     Beside a droplet a place with nothing in it looks like one by half. What it has of the mean
-    picture has to be as strong as `_CONTRAST` says, on the pixels that are its own.
+    picture has to be as strong as `_STRENGTH` says, on the pixels that are its own.
     """
     half = math.ceil(_BEYOND * radius)
     side = (2 * half + 1, 2 * half + 1)
@@ -99,7 +100,7 @@ def _without_what_others_show(
         if np.count_nonzero(own) >= _OWN * np.count_nonzero(disc):
             about = mean[own] - mean[own].mean()
             strength = float(about @ here) / max(float(about @ about), 1e-6)
-            if strength < _CONTRAST * float(np.median(spread)):
+            if strength < _STRENGTH * float(np.median(spread)):
                 continue
         kept.append(each)
     return kept
