@@ -202,7 +202,7 @@ def test_shaded_droplets_are_found_by_their_likeness_to_the_sure_ones():
     assert more_alike(image, sure[:2]) == []  # two are too few to know what droplets look like
     # A place below one, nothing in it, has of a droplet only what that one shows.
     x, y = places[5]
-    empty = sure[0]._replace(outline=circle + (x, y + 20.0), x=float(x), y=y + 20.0)
+    empty = sure[0]._replace(outline=circle + np.array([x, y + 20.0]), x=float(x), y=y + 20.0)
     assert without_what_others_show(image, sure, sure, [*more, empty], 14.0) == more
 
 
