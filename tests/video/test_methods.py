@@ -13,7 +13,7 @@ from pinchoff.video.background import Sample, sample
 from pinchoff.video.choice import choose
 from pinchoff.video.clips import measure_clip, reason_for_doubt
 from pinchoff.video.droplets import Droplet
-from pinchoff.video.methods.alike import more_alike
+from pinchoff.video.methods.alike import more_alike, without_what_others_show
 from pinchoff.video.methods.enclosed import EnclosedSegmenter
 from pinchoff.video.methods.function import FunctionSegmenter
 from pinchoff.video.methods.spots import SpotSegmenter
@@ -200,6 +200,10 @@ def test_shaded_droplets_are_found_by_their_likeness_to_the_sure_ones():
     found = sorted((round(each.x), round(each.y)) for each in more)
     assert found == sorted(places[3:])
     assert more_alike(image, sure[:2]) == []  # two are too few to know what droplets look like
+    # A place below one, nothing in it, has of a droplet only what that one shows.
+    x, y = places[5]
+    empty = sure[0]._replace(outline=circle + np.array([x, y + 20.0]), x=float(x), y=y + 20.0)
+    assert without_what_others_show(image, sure, sure, [*more, empty], 14.0) == more
 
 
 def test_strong_light_of_one_colour_leaves_the_signal_in_another():

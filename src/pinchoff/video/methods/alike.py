@@ -29,6 +29,8 @@ _BEYOND = 1.15  # radii to its edge
 _SIMILAR = 0.5  # least correlation with it
 _CONTRAST = 0.5  # least standard deviation of a place, that of the droplets
 _APART = 1.3  # radii between the centres of two droplets
+_STRENGTH = 0.4  # least of that picture in what a place has for itself, that in the droplets
+_OWN = 0.25  # least part of a place that no other droplet covers, if it can be judged by it
 _VERTICES = 64
 
 
@@ -65,7 +67,43 @@ def more_alike(image: Image, droplets: Sequence[Droplet]) -> list[Droplet]:
         inside = np.clip(points, 0.0, (width - 1.0, height - 1.0))
         x, y = _core.centroid(inside)
         found.append(Droplet(inside, _core.area(inside), x, y, bool(np.any(inside != points)), -1))
-    return found
+    return without_what_others_show(image, droplets, examples, found, radius)
+
+
+def without_what_others_show(
+    image: Image,
+    droplets: Sequence[Droplet],
+    examples: Sequence[Droplet],
+    found: Sequence[Droplet],
+    radius: float,
+) -> list[Droplet]:
+    """Return those of the droplets found that also show where none of the others is.
+
+    Beside a droplet a place with nothing in it looks like one by half. What it has of the mean
+    picture has to be as strong as `_STRENGTH` says, on the pixels that are its own.
+    """
+    half = math.ceil(_BEYOND * radius)
+    side = (2 * half + 1, 2 * half + 1)
+    patches = [cv2.getRectSubPix(image, side, (each.x, each.y)) for each in examples]
+    spread = [max(float(patch.std()), 1e-6) for patch in patches]
+    mean = np.mean([(p - p.mean()) / s for p, s in zip(patches, spread, strict=True)], axis=0)
+    rows, columns = np.mgrid[-half : half + 1, -half : half + 1]
+    disc = np.hypot(rows, columns) <= half + 0.5
+    places = np.array([[each.x, each.y] for each in (*droplets, *found)])
+    kept = []
+    for number, each in enumerate(found, start=len(droplets)):
+        own = disc.copy()
+        others = np.delete(places, number, axis=0) - (each.x, each.y)
+        for x, y in others[np.hypot(*others.T) < 2.0 * radius + half]:
+            own &= np.hypot(columns - x, rows - y) > radius
+        here = cv2.getRectSubPix(image, side, (each.x, each.y))[own]
+        if np.count_nonzero(own) >= _OWN * np.count_nonzero(disc):
+            about = mean[own] - mean[own].mean()
+            strength = float(about @ here) / max(float(about @ about), 1e-6)
+            if strength < _STRENGTH * float(np.median(spread)):
+                continue
+        kept.append(each)
+    return kept
 
 
 def _places(image: Image, examples: Sequence[Droplet], radius: float, scale: float) -> list[Floats]:
