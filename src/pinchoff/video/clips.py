@@ -166,14 +166,15 @@ def reason_for_doubt(choice: Choice) -> str:
                 f"whole droplets a frame, {other.method!r}, with as good a score, {count:.1f}; "
                 "look at a preview"
             )
-    height, width = choice.frames[0].luma.shape
-    twice = covered_twice(choice.trial.found, (width, height))
-    if choice.method in _APART and twice > _COVERED_TWICE:
-        return (
-            f"the choice of method {choice.method!r} is a guess: its outlines overlap, by "
-            f"{100 * twice:.0f} % of what they cover, as where gaps pass for droplets; "
-            "look at a preview"
-        )
+    if choice.method in _APART:
+        height, width = choice.frames[0].luma.shape
+        twice = covered_twice(choice.trial.found, (width, height))
+        if twice > _COVERED_TWICE:
+            return (
+                f"the choice of method {choice.method!r} is a guess: its outlines overlap, by "
+                f"{100 * twice:.0f} % of what they cover, as where gaps pass for droplets; "
+                "look at a preview"
+            )
     return ""
 
 

@@ -255,14 +255,16 @@ def covered_twice(found: Sequence[Sequence[Droplet]], size: tuple[int, int]) -> 
     """Return which part of what whole droplets cover, in frames of a width and height, two do."""
     total = once = 0
     for droplets in found:
-        covered = np.zeros((size[1], size[0]), dtype=np.uint8)
+        times = np.zeros((size[1], size[0]), dtype=np.uint16)
         for droplet in droplets:
             if not droplet.cut:
-                own = np.zeros_like(covered)
-                cv2.fillPoly(own, [np.rint(droplet.outline).astype(np.int32)], 1)
-                total += cv2.countNonZero(own)
-                covered |= own
-        once += cv2.countNonZero(covered)
+                corners = np.clip(np.rint(droplet.outline), 0, np.array(size) - 1).astype(np.int32)
+                left, top, width, height = cv2.boundingRect(corners)
+                own = np.zeros((height, width), dtype=np.uint8)
+                cv2.fillPoly(own, [corners - (left, top)], 1)
+                times[top : top + height, left : left + width] += own
+        total += int(times.sum())
+        once += cv2.countNonZero(times)
     return 1.0 - once / total if total else 0.0
 
 
