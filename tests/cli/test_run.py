@@ -427,7 +427,7 @@ def test_version(capsys):
 
 def test_unknown_command_is_refused(capsys):
     assert main(["rnu"]) == 2
-    assert capsys.readouterr().err.startswith("error: No such command 'rnu'")
+    assert capsys.readouterr().err.endswith("; got rnu; did you mean run?\n")
 
 
 def test_what_stands_behind_the_configuration_is_refused(capsys):

@@ -219,6 +219,10 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
         rule = next((rule for word, rule in _TYPES.items() if word in message), "given")
         return f"{place} must be {rule}; got {_given_to(name, given)}; {see}"
     message = getattr(error, "format_message", error.__str__)()
+    if message.startswith("No such command"):
+        near = difflib.get_close_matches(given[0], commands, n=1)
+        advice = f"did you mean {near[0]}?" if near else see
+        return f"COMMAND must be one of pinchoff; got {given[0]}; {advice}"
     extra = re.search(r"unexpected extra argument\S* \((.*)\)", message, re.S)
     if extra:
         return f"arguments must be those of pinchoff {given[0]}; got {extra[1]} besides; {see}"
