@@ -222,7 +222,7 @@ def _usage_message(error: Exception, given: Sequence[str]) -> str:
     if message.startswith("No such command"):
         near = difflib.get_close_matches(given[0], commands, n=1)
         advice = f"did you mean {near[0]}?" if near else see
-        return f"COMMAND must be one of pinchoff; got {given[0]}; {advice}"
+        return f"COMMAND must be a command of pinchoff; got {given[0]}; {advice}"
     extra = re.search(r"unexpected extra argument\S* \((.*)\)", message, re.S)
     if extra:
         return f"arguments must be those of pinchoff {given[0]}; got {extra[1]} besides; {see}"
