@@ -128,5 +128,5 @@ def test_usage_error_points_to_its_own_help(capsys, command):
 
 
 def test_usage_error_without_a_command_points_to_the_help(capsys):
-    assert main(["rnu", "run"]) == 2
+    assert main(["frobnicate", "run"]) == 2
     assert capsys.readouterr().err.endswith("; see pinchoff --help\n")
