@@ -8,6 +8,7 @@ import os
 import struct
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
 
@@ -41,8 +42,9 @@ Frame: TypeAlias = list[tuple[int, int, Floats, Floats]]
 """Droplets at one time: (droplet_id, generation, vertices (n, 2), velocities (n, 2))."""
 
 
-class StoredOutlines(NamedTuple):
-    """What a file of outlines holds: the fields of `pinchoff.Outlines`."""
+@dataclass(frozen=True, eq=False)
+class StoredOutlines:
+    """What a file of outlines holds; `pinchoff.Outlines` says what each is, and checks them."""
 
     times: Floats
     frame: Integers
@@ -52,8 +54,8 @@ class StoredOutlines(NamedTuple):
     vertices: Floats
     velocities: Floats
     obstacles: Floats
-    parameters: dict[str, Any]
-    units: str
+    parameters: dict[str, Any] = field(default_factory=dict)
+    units: str = "D0"
 
 
 class FlatOutlines(NamedTuple):

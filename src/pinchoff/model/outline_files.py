@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,7 @@ def _write_gsd(path: Path, stored: StoredOutlines) -> None:
 
 
 def _write_npz(path: Path, stored: StoredOutlines) -> None:
-    arrays = stored._asdict() | {"parameters": np.array(json.dumps(stored.parameters))}
+    arrays = vars(stored) | {"parameters": np.array(json.dumps(stored.parameters))}
     np.savez_compressed(path, **arrays)
 
 
@@ -78,7 +79,7 @@ def _read_npz(path: Path) -> StoredOutlines:
     # By a file of ours: NumPy leaves its own open where the archive is damaged.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
         texts = {"parameters": json.loads(str(data["parameters"])), "units": str(data["units"])}
-        arrays = {name: data[name] for name in StoredOutlines._fields if name not in texts}
+        arrays = {f.name: data[f.name] for f in fields(StoredOutlines) if f.name not in texts}
         return StoredOutlines(**arrays, **texts)
 
 

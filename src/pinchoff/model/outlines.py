@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -19,8 +19,6 @@ import numpy.typing as npt
 
 from pinchoff import _core
 from pinchoff.model.gsd import (
-    Floats,
-    Integers,
     Outline,
     OutlineLike,
     OutlineWriter,
@@ -41,7 +39,7 @@ __all__ = ["TIME_UNITS", "Outline", "OutlineLike", "OutlineWriter", "Outlines"]
 
 
 @dataclass(frozen=True, eq=False)
-class Outlines(Drawable):
+class Outlines(StoredOutlines, Drawable):
     """Closed polygons over time, in flat arrays.
 
     Outline `k` lies in frame ``frame[k]`` and has the vertices
@@ -70,17 +68,6 @@ class Outlines(Drawable):
     InputError
         If the arrays do not fit together.
     """
-
-    times: Floats
-    frame: Integers
-    droplet_id: Integers
-    generation: Integers
-    offsets: Integers
-    vertices: Floats
-    velocities: Floats
-    obstacles: Floats
-    parameters: dict[str, Any] = field(default_factory=dict)
-    units: str = "D0"
 
     def __post_init__(self) -> None:
         outlines, vertices = len(self.frame), len(self.vertices)
@@ -333,7 +320,7 @@ class Outlines(Drawable):
         >>> len(po.Outlines.load("outlines.npz")) == len(outlines)
         True
         """
-        write_outlines(Path(path), StoredOutlines(*(getattr(self, f.name) for f in fields(self))))
+        write_outlines(Path(path), self)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Outlines:
@@ -352,7 +339,7 @@ class Outlines(Drawable):
                 "path", "an existing .gsd or .npz file", source, "check the name of the file"
             )
         try:
-            return cls(*READERS[source.suffix](source))
+            return cls(**vars(READERS[source.suffix](source)))
         except Exception as error:  # what damage makes their readers raise is of every kind
             raise InputError.of(
                 "path",
