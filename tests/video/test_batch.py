@@ -95,6 +95,10 @@ def test_a_segmentation_that_changes_is_another(tmp_path):
     assert marked(text) == marked(text) != marked(text.replace("100", "120"))
     one, other = (batch._function_mark(_segmentation(level)) for level in (1, 2))
     assert one == batch._function_mark(_segmentation(1)) != other
+    flat, dented = np.zeros((300, 300)), np.zeros((300, 300))
+    dented[150, 150] = 1.0  # where the repr of an array has three dots
+    one, other = (batch._function_mark(_segmentation(level)) for level in (flat, dented))
+    assert one == batch._function_mark(_segmentation(flat.copy())) != other
     held = functools.partial(_segmentation, 1)
     assert batch._function_mark(held) != batch._function_mark(held)
 

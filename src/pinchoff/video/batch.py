@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import itertools
 import os
+import pickle
 import shutil
 import uuid
 import zlib
@@ -282,10 +283,11 @@ def _function_mark(segment: SegmentFunction) -> str:
         file = Path(inspect.getsourcefile(segment) or "")
         source = file.read_text("utf-8") if file.is_file() else inspect.getsource(segment)
         held = [cell.cell_contents for cell in segment.__closure__ or ()]
-        text = f"{source}{segment.__defaults__!r}{segment.__kwdefaults__!r}{held!r}"
-    except (TypeError, AttributeError, OSError, ValueError):  # no plain function, or no source
-        text = uuid.uuid4().hex
-    return f"{function_name(segment)} {zlib.crc32(text.encode()):08x}"
+        # Not by their repr, which leaves out the middle of a large array.
+        known = pickle.dumps((source, segment.__defaults__, segment.__kwdefaults__, held))
+    except Exception:  # no plain function, no source, or something held that refuses in its own way
+        known = uuid.uuid4().bytes
+    return f"{function_name(segment)} {zlib.crc32(known):08x}"
 
 
 def _with_obstacles(folder: Path, settings: VideoSettings) -> tuple[VideoSettings, bool]:
