@@ -65,7 +65,8 @@ def picture_moved(
 def _images(pair: tuple[Frame, Frame]) -> list[NDArray[np.float32]]:
     """Return two frames' grey levels, a little smoothed, about zero, in the light of the first."""
     images = [cv2.GaussianBlur(each.luma.astype(np.float32), (0, 0), 1.0) for each in pair]
-    light = [max(float(image.mean()), 1e-3) for image in images]
+    # Not by their means, which change with every droplet that comes or goes.
+    light = [max(float(np.median(image)), 1e-3) for image in images]
     return [image * (light[0] / own) - light[0] for image, own in zip(images, light, strict=True)]
 
 
