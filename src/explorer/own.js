@@ -206,10 +206,12 @@ export class OwnData {
   #groups(row) {
     const ratio = this.#value("size_ratio", row);
     const area = this.#value("normalized_area", row);
+    const said = this.#value("ca_per_ca_sim", row); // by tables of simulations
+    const perSim = Number.isFinite(said) ? said : this.model.facts.ca_per_ca_sim;
     return {
       symmetry: this.#value("symmetry", row),
       size_ratio: Number.isFinite(ratio) ? ratio : Math.sqrt((4 * area) / Math.PI),
-      simulation_capillary_number: rounded(this.#value("capillary_number", row) / this.model.facts.ca_per_ca_sim, 6),
+      simulation_capillary_number: rounded(this.#value("capillary_number", row) / perSim, 6),
     };
   }
 

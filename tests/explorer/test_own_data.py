@@ -213,6 +213,21 @@ def test_a_measured_collision_is_simulated_beside_its_film(opened: Open, measure
     assert "<b>clip" in page.page.inner_text("#own-one")
 
 
+@pytest.mark.parametrize(("per", "expected"), [(2e-4, 50.0), (None, 0.01 / 9.8e-5)])
+def test_ca_is_turned_into_ca_sim_as_the_table_says(
+    opened: Open, tmp_path: Path, per: float | None, expected: float
+) -> None:
+    """Tables of simulations say what Ca stands for; without that it is the default's."""
+    rows = {"symmetry": 0.5, "capillary_number": 0.01, "normalized_area": 25.0, "broke": True}
+    rows |= {"normalized_thickness": 1.0} | ({} if per is None else {"ca_per_ca_sim": per})
+    pd.DataFrame([rows]).to_csv(tmp_path / "mine.csv", index=False)
+    page = opened(own_data.own_data(tmp_path / "mine.csv"))
+    page.page.evaluate("explorer.own.choose(0)")
+    page.until("explorer.state.values.simulation_capillary_number !== 25")
+    found = page.value("explorer.state.values.simulation_capillary_number")
+    assert found == pytest.approx(expected, rel=1e-5)
+
+
 def test_names_from_files_are_text(opened: Open, tmp_path: Path) -> None:
     rows = pd.DataFrame(
         {
